@@ -100,7 +100,8 @@ contains
       model%tip_dof = 2*mesh%elements - 1
       allocate (model%supports(0), model%point_masses(0))
       if (present(supports)) model%supports = supports
-      if (present(point_masses)) model%point_masses = in_order(point_masses)
+      if (present(point_masses)) model%point_masses = &
+         point_masses(ascending_order(real(point_masses%node, wp)))
       model%stop_dofs = [model%stop_dof]
       if (allocated(mesh%further_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%further_nodes(:mesh%further_stops) &
          - 1]
@@ -108,7 +109,10 @@ contains
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
       if (model%is_redistributed) then
          model%continuation = continuation_at_stop(mesh, model%root_dofs)
-         model%has_massless_node = .not. mass_at_node(model, mesh%redistributed_node) > 0.0_wp
+         associate (masses => model%point_masses, node => mesh%redistributed_node)
+            model%has_massless_node = .not. sum(masses%mass, mask=masses%node == node) &
+               + merge(tip_mass_ratio, 0.0_wp, node == mesh%elements) > 0.0_wp
+         end associate
       end if
       call make_profiles(model)
       do element = 1, mesh%elements
@@ -127,19 +131,6 @@ contains
          call add_to_diagonal(model%stiffness, model%supports(i)%dof, model%supports(i)%stiffness)
       end do
    end subroutine make_beam_model
-
-   !> Point masses ordered from the root to the tip.
-   pure function in_order(masses) result(sorted)
-      type(point_mass_t), intent(in) :: masses(:)
-      type(point_mass_t) :: sorted(size(masses))
-
-      integer :: order(size(masses)), i
-
-      order = ascending_order(real(masses%node, wp))
-      do i = 1, size(masses)
-         sorted(i) = masses(order(i))
-      end do
-   end function in_order
 
    !> Add the free degrees of freedom of the root after all others, whose numbers do not change.
    pure subroutine add_root_dofs(root, model)
@@ -203,16 +194,6 @@ contains
       dofs = model%root_dofs
       if (node > 0) dofs = [2*node - 1, 2*node]
    end function node_dofs
-
-   !> Sum of the point masses at a node, including the tip mass.
-   pure function mass_at_node(model, node) result(mass)
-      type(beam_model_t), intent(in) :: model
-      integer, intent(in) :: node
-      real(wp) :: mass
-
-      mass = sum(model%point_masses%mass, mask=model%point_masses%node == node)
-      if (node == model%mesh%elements) mass = mass + model%tip_mass_ratio
-   end function mass_at_node
 
    !> Whether the root is pinned, so that the beam without its supports has a rigid-body rotation about the root.
    pure function has_pinned_root(model) result(answer)

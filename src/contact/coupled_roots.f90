@@ -145,7 +145,7 @@ contains
       associate (near => search%near, offset => search%offset, vectors => search%vectors, done => search%done(m), &
          last_step => search%last_step(m))
          call distances(problem%secular_t, near(m), offset(m), search%distance)
-         j = smallest_of(search%distance)
+         j = minloc(abs(real(search%distance, wp)) + abs(aimag(search%distance)), dim=1)
          if (j /= near(m)) then
             near(m) = j
             offset(m) = search%distance(j)
@@ -177,26 +177,6 @@ contains
          last_step = length
       end associate
    end subroutine step_root
-
-   !> Index of the smallest distance.
-   pure function smallest_of(distance) result(place)
-      complex(wp), contiguous, intent(in) :: distance(:)
-      integer :: place
-
-      real(wp) :: length(size(distance)), min_length
-      integer :: j
-
-      min_length = huge(1.0_wp)
-      !$omp simd reduction(min:min_length)
-      do j = 1, size(distance)
-         length(j) = abs(real(distance(j), wp)) + abs(aimag(distance(j)))
-         min_length = min(min_length, length(j))
-      end do
-      do place = 1, size(distance)
-         if (length(place) <= min_length) return
-      end do
-      place = 1
-   end function smallest_of
 
    !> Set nearly real roots to exactly real values, and check that the other roots are complex conjugate pairs.
    pure subroutine make_real(problem, near, offset, are_paired)

@@ -10,6 +10,7 @@ module stop_contacts
    use load_settings, only: start_release
    use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, &
       stop_settings_t
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
@@ -35,6 +36,9 @@ module stop_contacts
    !> Tolerance of penetration at the start, in units of displacement: greater than rounding errors, less than any
    !> intended penetration.
    real(wp), parameter :: max_penetration = 1.0e-9_wp
+
+   !> Number of keys by which contacts are sorted.
+   integer, parameter :: key_count = 10
 
 contains
 
@@ -121,18 +125,11 @@ contains
             contacts(total) = contact
          end if
       end do
-      ! insertion sort
-      do i = 2, total
-         contact = contacts(i)
-         place = i
-         do while (place > 1)
-            if (.not. precedes(contact, contacts(place - 1))) exit
-            contacts(place) = contacts(place - 1)
-            place = place - 1
-         end do
-         contacts(place) = contact
-      end do
       contacts = contacts(:total)
+      ! the sort keeps the order of equal keys, so the least significant key comes first
+      do i = key_count, 1, -1
+         contacts = contacts(ascending_order([(key(contacts(place), i), place=1, total)]))
+      end do
    end function contacts_of
 
    !> Whether each contact is active, [contacts]. Of rigid contacts between the beam and the base at one point and on
@@ -162,34 +159,22 @@ contains
       end do
    end function active_contacts
 
-   !> Whether one contact precedes another in the order of `contacts_of`. Identical contacts remain in the order of the
-   !> scene.
-   elemental function precedes(one, other) result(answer)
-      type(contact_t), intent(in) :: one
-      type(contact_t), intent(in) :: other
-      logical :: answer
-
-      real(wp) :: a(10), b(10)
-      integer :: first
-
-      a = keys(one)
-      b = keys(other)
-      first = findloc(abs(a - b) > 0.0_wp, .true., dim=1)
-      answer = .false.
-      if (first > 0) answer = a(first) < b(first)
-   end function precedes
-
-   !> Sort keys of a contact, the most significant first.
-   pure function keys(contact) result(values)
+   !> A key by which contacts are sorted. Identical contacts remain in the order of the scene.
+   pure function key(contact, place) result(value)
       type(contact_t), intent(in) :: contact
-      real(wp) :: values(10)
+      !> 1: the most significant key
+      integer, intent(in) :: place
+      real(wp) :: value
+
+      real(wp) :: values(key_count)
 
       associate (settings => contact%settings)
          values = [settings%position, -contact%sign, -contact%height, real(settings%law, wp), &
             real(settings%impulse, wp), -settings%restitution, settings%stiffness_ratio, settings%branch_ratio, &
             settings%damper_ratio, real(settings%body, wp)]
       end associate
-   end function keys
+      value = values(place)
+   end function key
 
    !> Degrees of freedom of a contact: its gap changes by s per unit of the first, and by -s per unit of the second. The
    !> degrees of freedom of bodies follow those of the beam.

@@ -37,7 +37,9 @@ contains
       real(wp) :: work_size(1)
       integer :: first, info, order
 
-      allocate (free, source=free_dofs(model))
+      ! degrees of freedom that no rigid support constrains
+      free = pack([(first, first=1, model%stiffness%order)], [(all(model%supports%dof /= first .or. &
+         model%supports%stiffness > 0.0_wp), first=1, model%stiffness%order)])
       order = size(free)
       job = merge('V', 'N', present(modes))
       if (count < 0 .or. count > order) then
@@ -88,17 +90,6 @@ contains
       modes(free, :) = vectors(:, :count)
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine dsygv_modes
-
-   !> Degrees of freedom that are not constrained by a rigid support.
-   pure function free_dofs(model) result(free)
-      type(beam_model_t), intent(in) :: model
-      integer, allocatable :: free(:)
-
-      integer :: i
-
-      free = pack([(i, i=1, model%stiffness%order)], &
-         [(all(model%supports%dof /= i .or. model%supports%stiffness > 0.0_wp), i=1, model%stiffness%order)])
-   end function free_dofs
 
    !> Selected rows and columns of a matrix.
    pure function rows_and_columns(matrix, selected) result(dense)

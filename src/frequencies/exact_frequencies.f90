@@ -117,7 +117,8 @@ contains
          call find_uniform_roots(problem, roots, error)
          return
       end if
-      distance = asymptotic_distance(problem%taper)
+      ! asymptotic distance of neighbouring roots: pi/int_0^1 (h/hbar)^(-1/2) dx
+      distance = 0.5_qp*pi_quad*(sqrt(1.0_qp + real(problem%taper, qp)) + sqrt(1.0_qp - real(problem%taper, qp)))
       step = distance/real(steps_per_root, qp)
       roots = 0.0_qp
       found = 0
@@ -171,15 +172,6 @@ contains
       end do
    end subroutine find_uniform_roots
 
-   !> Asymptotic distance of neighbouring roots: pi/int_0^1 (h/hbar)^(-1/2) dx.
-   pure function asymptotic_distance(taper) result(distance)
-      !> Taper s
-      real(wp), intent(in) :: taper
-      real(qp) :: distance
-
-      distance = 0.5_qp*pi_quad*(sqrt(1.0_qp + real(taper, qp)) + sqrt(1.0_qp - real(taper, qp)))
-   end function asymptotic_distance
-
    !> Deflection of the tip under a unit force at the tip, int_0^1 (1-x)^2/(h/hbar)^3 dx, or a close upper bound of it.
    pure function tip_compliance(taper) result(compliance)
       !> Taper s, below 1
@@ -208,7 +200,11 @@ contains
       if (abs(problem%taper) < min_taper) then
          value = uniform_value(real(problem%tip_mass_ratio, qp), problem%constrained_tip, lambda)
       else if (problem%taper >= 1.0_wp) then
-         value = wedge_value(lambda)
+         ! the full wedge without tip mass: J_1 I_2 + I_1 J_2 at lambda sqrt(2)
+         associate (x => lambda*sqrt(2.0_qp))
+            value = bessel_jn(1, x)*real(bessel_i_scaled(2, real(x, wp)), qp) + &
+               bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
+         end associate
       else
          value = taper_value(problem, lambda)
       end if
@@ -235,19 +231,6 @@ contains
          value = decay + 0.5_qp*cos(lambda)*(1.0_qp + decay**2) + tip_mass_ratio*lambda*supported
       end if
    end function uniform_value
-
-   !> The determinant of the full wedge without tip mass, J_1 I_2 + I_1 J_2 at lambda sqrt(2).
-   function wedge_value(lambda) result(value)
-      !> Argument lambda > 0
-      real(qp), intent(in) :: lambda
-      real(qp) :: value
-
-      real(qp) :: x
-
-      x = lambda*sqrt(2.0_qp)
-      value = bessel_jn(1, x)*real(bessel_i_scaled(2, real(x, wp)), qp) + &
-         bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
-   end function wedge_value
 
    !> The 4 x 4 determinant of a taper. Rows: displacement and slope at the clamp, moment at the tip, shear at the tip
    !> (or displacement of a constrained tip); columns: J, Y, I, K.

@@ -22,6 +22,8 @@ contains
       !> Bound on lambda; omega = lambda^2 with E Ibar = rho Abar = L = 1 (Ibar, Abar: section of mean height)
       real(wp), intent(in) :: lambda
       integer :: below
+      ! whether a rigid support constrains each degree of freedom
+      logical :: is_constrained(model%mass%order)
 
       real(qp), allocatable :: values(:)
       ! stiffness of the springs at the root against displacement and rotation
@@ -47,17 +49,10 @@ contains
             end associate
          end do
       end associate
-      call count_negative_pivots(model, is_rigidly_supported(model), values, below)
-   end function modes_below
-
-   !> Whether each degree of freedom is constrained by a rigid support.
-   pure function is_rigidly_supported(model) result(is_constrained)
-      type(beam_model_t), intent(in) :: model
-      logical :: is_constrained(model%mass%order)
-
       is_constrained = .false.
       is_constrained(pack(model%supports%dof, .not. model%supports%stiffness > 0.0_wp)) = .true.
-   end function is_rigidly_supported
+      call count_negative_pivots(model, is_constrained, values, below)
+   end function modes_below
 
    !> Add the stiffness of an element, whose terms satisfy equilibrium in quadruple precision.
    pure subroutine add_stiffness(model, element, values)

@@ -115,7 +115,7 @@ contains
       if (present(added)) response_terms = response_terms + added
       if (present(added_floor)) floor = floor + added_floor
       call self%free%find_bounds(t, order, bounds, response_terms, floor, needs_step)
-      rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
+      rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + max(0.0_wp, maxval(self%terms%frequency))*(self%from + t))
       bounds%rounding = bounds%rounding + rounding*(abs(linear(0)) + magnitude)
       if (order == 0) then
          bounds%signal = bounds%value
@@ -365,15 +365,6 @@ contains
       call signal%find_bounds(0.0_wp, 0, at_start)
       if (at_start%value <= at_start%rounding .and. at_start%slope > 0.0_wp) order = 1
    end function first_nonzero_order
-
-   !> Highest frequency of the harmonics.
-   pure function highest_frequency(self) result(frequency)
-      class(driven_signal_t), intent(in) :: self
-      real(wp) :: frequency
-
-      frequency = 0.0_wp
-      if (size(self%terms%frequency) > 0) frequency = maxval(self%terms%frequency)
-   end function highest_frequency
 
    !> Add the load response to the signal of a free motion.
    subroutine add_terms(terms, max_length, signal)

@@ -68,7 +68,7 @@ contains
       end if
       if (stepper%stiffness_damping <= 0.0_wp .and. .not. stepper%uses_skyline) return
       associate (n => stepper%order)
-         call find_mean_velocity(n, old%velocity, new%velocity, stepper%work)
+         stepper%work(1:n) = 0.5_wp*(old%velocity(1:n) + new%velocity(1:n))
          if (stepper%uses_skyline) then
             call multiply(stepper%damping, stepper%work(1:n), stepper%result(1:n))
             dissipated = step*dot_product(stepper%work(1:n), stepper%result(1:n))
@@ -77,24 +77,6 @@ contains
          dissipated = step*stepper%stiffness_damping*quadratic_form(n, stepper%stiffness_diagonals, stepper%work)
       end associate
    end subroutine beam_dissipation
-
-   !> Mean (x + y)/2 of two padded vectors
-   pure subroutine find_mean_velocity(order, x, y, mean)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
-      !> First vector, padded with zeros
-      real(wp), intent(in) :: x(1 - band:order + band)
-      !> Second vector, padded with zeros
-      real(wp), intent(in) :: y(1 - band:order + band)
-      !> Mean; its padding is not changed
-      real(wp), intent(inout) :: mean(1 - band:order + band)
-
-      integer :: i
-
-      do i = 1, order
-         mean(i) = 0.5_wp*(x(i) + y(i))
-      end do
-   end subroutine find_mean_velocity
 
    !> Quadratic form x . K x from the main diagonal of the symmetric matrix K and the three diagonals above it, summed
    !> by vector instructions: this takes a third of the time of a matrix product followed by a scalar product.

@@ -5,7 +5,6 @@
 !> of contacts are those of `impact_problem`.
 module newmark_impacts
    use complementarity, only: solve_active
-   use failures, only: failure_t
    use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, stays_closed, is_arrested, is_hit, &
       gets_impulse, &
       is_released, max_rounds, outcome_of, rebounds, impact_contact_t, add_impact_contact
@@ -16,7 +15,7 @@ module newmark_impacts
    use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, &
       no_rejection
    use newmark_stability, only: highest_frequency
-   use newmark_stepper, only: impose_row_value, newmark_stepper_t, place_points_in_column
+   use newmark_stepper, only: impose_row_value, place_points_in_column
    use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
    use run_settings, only: impulse_nodal
    implicit none (type, external)
@@ -196,31 +195,26 @@ contains
    end subroutine bring_to_rest
 
 
-   !> Shorten the first step after an impulse; the steps after it become longer again.
+   !> Shorten the first step after an impulse; the steps after it become longer again. The highest mode, strongly
+   !> damped, comes to rest within 1/(zeta omega^2); with longer steps this mode would oscillate instead, and its
+   !> accelerations would lose digits.
    pure subroutine shorten_next_step(run)
       type(newmark_run_t), intent(inout) :: run
 
-      if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
-      run%next_level = max(run%next_level, run%impulse_level)
-   end subroutine shorten_next_step
-
-
-   !> Find the length of the first step after an impulse. The highest mode, strongly damped, comes to rest within
-   !> 1/(zeta omega^2); with longer steps this mode would oscillate instead, and its accelerations would lose digits.
-   pure subroutine find_impulse_level(stepper, level, error)
-      type(newmark_stepper_t), intent(in) :: stepper
-      !> Number of halvings of the step
-      integer, intent(out) :: level
-      !> Set if the highest frequency is not found
-      type(failure_t), allocatable, intent(inout) :: error
-
       real(wp) :: frequency
 
-      level = 0
-      if (stepper%stiffness_damping <= 0.0_wp) return
-      call highest_frequency(stepper%stiffness, stepper%mass, frequency, error)
-      if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%stiffness_damping*frequency**2))
-   end subroutine find_impulse_level
+      associate (stepper => run%stepper)
+         if (run%impulse_level < 0) then
+            run%impulse_level = 0
+            if (stepper%stiffness_damping > 0.0_wp) then
+               call highest_frequency(stepper%stiffness, stepper%mass, frequency, run%error)
+               if (allocated(run%error)) return
+               run%impulse_level = level_of(stepper%step, 2.0_wp/(stepper%stiffness_damping*frequency**2))
+            end if
+         end if
+      end associate
+      run%next_level = max(run%next_level, run%impulse_level)
+   end subroutine shorten_next_step
 
    !> Whether a rigid contact is open, and the beam is within the contact tolerance of this contact.
    pure function is_touched(run, k) result(answer)

@@ -281,6 +281,8 @@ contains
 
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip, &
          sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
+      ! sums to which forces contribute linearly
+      integer, parameter :: of_force(*) = [sum_force, sum_impulse, maximum_force, minimum_force]
       real(wp), allocatable :: half_width(:), in_block(:, :)
       ! maximum size of an impact on contacts of each kind
       real(wp) :: max_size(2)
@@ -311,7 +313,9 @@ contains
             associate (contact => blocks%contact(k))
                call classify(impact_sizes(blocks, contact), max_size(kind_of(contact)), statistics%class_edge(:, k), &
                   statistics%class_count(:, k))
-               call scale_forces(blocks%force_scale, contact)
+               ! to Pbar
+               contact%sums(of_force, :) = blocks%force_scale*contact%sums(of_force, :)
+               contact%sums(sum_square_force, :) = blocks%force_scale**2*contact%sums(sum_square_force, :)
             end associate
             call gather_contacts(blocks, [(n == k, n=1, contacts)], k, quantile, statistics%value(:, k), &
                statistics%half_width(:, k), statistics%in_block(:, :, k))
@@ -445,18 +449,5 @@ contains
          number(place) = number(place) + 1
       end do
    end subroutine classify
-
-   !> Convert forces to Pbar.
-   pure subroutine scale_forces(scale, contact)
-      !> Pbar per unit of force
-      real(wp), intent(in) :: scale
-      type(contact_sums_t), intent(inout) :: contact
-
-      ! sums to which forces contribute linearly
-      integer, parameter :: linear(*) = [sum_force, sum_impulse, maximum_force, minimum_force]
-
-      contact%sums(linear, :) = scale*contact%sums(linear, :)
-      contact%sums(sum_square_force, :) = scale**2*contact%sums(sum_square_force, :)
-   end subroutine scale_forces
 
 end module block_statistics

@@ -201,12 +201,18 @@ contains
       !> Value below which the row never falls; absent: there is none
       real(wp), intent(in), optional :: lower_limit
 
-      real(wp) :: bounds(2), negated_minimum, scale
+      real(wp) :: bounds(2), negated_minimum, scale, state(2)
+      integer :: i
 
       bounds = interval%range_of(row)
       if (.not. (bounds(1) < range(1) .or. bounds(2) > range(2))) return
       ! a search between known bounds starts with the ends
-      if (bounds(2) >= huge(1.0_wp) .or. range(1) > range(2)) call include_ends(interval, row, span, range)
+      if (bounds(2) >= huge(1.0_wp) .or. range(1) > range(2)) then
+         do i = 1, 2
+            state = interval%evaluate(row, span(i))
+            call include_range([state(1), state(1)], range)
+         end do
+      end if
       ! magnitude to which the tolerance of the extremes refers
       scale = maxval(abs(range))
       if (bounds(2) > range(2)) call raise_maximum(interval, output_row_t(row%number, row%factor, row%offset, scale, &
@@ -230,23 +236,6 @@ contains
 
       range = [min(range(1), other(1)), max(range(2), other(2))]
    end subroutine include_range
-
-   !> Widen a range by the values at both ends of a span. A search for extremes then mostly ends at once, because a
-   !> bound of the values does not exceed the range.
-   subroutine include_ends(interval, row, span, range)
-      class(interval_t), intent(in) :: interval
-      type(output_row_t), intent(in) :: row
-      real(wp), intent(in) :: span(2)
-      real(wp), intent(inout) :: range(2)
-
-      real(wp) :: state(2)
-      integer :: i
-
-      do i = 1, 2
-         state = interval%evaluate(row, span(i))
-         range = [min(range(1), state(1)), max(range(2), state(1))]
-      end do
-   end subroutine include_ends
 
    !> Raise a known maximum of a row, if the row exceeds it.
    subroutine raise_maximum(interval, row, span, known_maximum, search_state)

@@ -81,17 +81,6 @@ contains
       balance%created = balance%created + max(change, 0.0_wp)
    end subroutine charge_event
 
-   !> The histories that a response has allocated.
-   pure function requested_of(response) result(requested)
-      type(response_t), intent(in) :: response
-      type(requested_t) :: requested
-
-      integer :: i
-
-      requested%history = [(allocated(response%history(i)%values), i=1, history_count)]
-      requested%energy = allocated(response%energy)
-   end function requested_of
-
    !> Record a sample in the histories.
    pure subroutine record_sample(place, sample, balance, response)
       !> Index in the histories, from 1
@@ -135,7 +124,10 @@ contains
       type(response_t), intent(in) :: response
       type(recorder_t), intent(out) :: recorder
 
-      recorder%requested = requested_of(response)
+      integer :: i
+
+      recorder%requested%history = [(allocated(response%history(i)%values), i=1, history_count)]
+      recorder%requested%energy = allocated(response%energy)
       recorder%step = step
       if (allocated(response%tau)) recorder%last = samples
       if (.not. allocated(response%shape_tau)) return

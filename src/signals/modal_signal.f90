@@ -113,10 +113,13 @@ contains
       real(wp), intent(out) :: slope
 
       real(wp), dimension(self%oscillators%count) :: z, v
+      real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
       real(wp) :: relaxation
 
       if (self%is_viscous) then
-         call state_of_exponentials(self, t, z, v)
+         call state_in_vectors(self, t, lane_z, lane_v, slow, fast)
+         z = lane_z(:size(z))
+         v = lane_v(:size(v))
       else
          call propagate(self%oscillators, t, self%z, self%v, z, v)
          if (associated(self%last)) then
@@ -332,24 +335,8 @@ contains
       bounds%bound_jerk = bounds%bound_jerk + self%rate**3*abs(relaxation)
    end subroutine add_relaxation
 
-   !> Modal state at an instant. Modes far beyond critical damping come from their two exponentials.
-   pure subroutine state_of_exponentials(self, t, z, v)
-      type(modal_signal_t), intent(in) :: self
-      !> Instant
-      real(wp), intent(in) :: t
-      !> Displacements of the modes at the instant, [count]
-      real(wp), intent(out) :: z(:)
-      !> Velocities of the modes at the instant, [count]
-      real(wp), intent(out) :: v(:)
-
-      real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
-
-      call state_in_vectors(self, t, lane_z, lane_v, slow, fast)
-      z = lane_z(:size(z))
-      v = lane_v(:size(v))
-   end subroutine state_of_exponentials
-
-   !> `state_of_exponentials` in whole SIMD vectors.
+   !> Modal state at an instant in whole SIMD vectors. Modes far beyond critical damping come from their two
+   !> exponentials.
    pure subroutine state_in_vectors(self, t, z, v, slow, fast)
       type(modal_signal_t), intent(in) :: self
       !> Instant
