@@ -8,7 +8,7 @@ module three_element_stop
    use kinds, only: lambda1_power4, wp
    implicit none (type, external)
    private
-   public :: three_element_t, make_three_element, branch_decay, branch_gain, recovery_factor
+   public :: three_element_t, make_three_element
 
    !> The standard linear solid as contact law of a stop.
    type, extends(compliant_stop_t) :: three_element_t
@@ -46,17 +46,6 @@ contains
          stop%recovery_rate = stop%relaxation_rate/(1.0_wp + branch_ratio)
       end if
    end function make_three_element
-
-   !> Decay factor E = exp(-nu step) in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), with phi = (1
-   !> - E)/(nu step), which is exact if u is linear in tau.
-   elemental function branch_decay(stop, step) result(decay)
-      type(three_element_t), intent(in) :: stop
-      !> Length of the step, tau
-      real(wp), intent(in) :: step
-      real(wp) :: decay
-
-      decay = decay_over(stop%relaxation_rate, step)
-   end function branch_decay
 
    !> Gain beta k phi in the formula of `branch_decay`: beta k if the damper is rigid (nu = 0), 0 if the damper has no
    !> resistance (nu infinite).
@@ -108,16 +97,6 @@ contains
       end if
    end function branch_mean_gain
 
-   !> Decay factor of the indentation of the free surface over a step, during which P2 = -k u.
-   elemental function recovery_factor(stop, step) result(decay)
-      type(three_element_t), intent(in) :: stop
-      !> Length of the step, tau
-      real(wp), intent(in) :: step
-      real(wp) :: decay
-
-      decay = decay_over(stop%recovery_rate, step)
-   end function recovery_factor
-
    !> exp(-rate step), including the limits of rate 0 and infinity.
    elemental function decay_over(rate, step) result(decay)
       !> Rate per tau; `huge` means infinity
@@ -142,12 +121,12 @@ contains
       real(wp) :: mean_gain
 
       mean_gain = branch_mean_gain(self, length)
-      step%decay = branch_decay(self, length)
+      step%decay = decay_over(self%relaxation_rate, length)
       step%gain = branch_gain(self, length)
       step%mean_slope = 0.5_wp*self%stiffness + mean_gain
       step%mean_indentation = 0.5_wp*self%stiffness - mean_gain
       if (self%branch_stiffness > 0.0_wp) step%mean_branch = step%gain/self%branch_stiffness
-      step%recovery = recovery_factor(self, length)
+      step%recovery = decay_over(self%recovery_rate, length)
    end function step
 
    !> Release the remaining force instantaneously: both springs deform, the damper does not move. The surface is then

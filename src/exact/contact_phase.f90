@@ -110,7 +110,8 @@ contains
             self%interval%v_end))
       end if
       if (allocated(self%accelerations)) deallocate (self%accelerations)
-      call self%now%set%sampler%restart()
+      ! the first sample comes from the closed form
+      self%now%set%sampler%steps_since_renewal = huge(1)
       call begin_moments(self%interval%moments, self%now)
    end subroutine begin
 

@@ -6,8 +6,8 @@ module damped_oscillators
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, find_decay_factors, padded, lanes, max_exponent, elastic_and_viscous
+   public :: oscillators_t, make_oscillators, propagate, acceleration
+   public :: propagate_lanes, find_decay_factors, padded, lanes, max_exponent, elastic_and_viscous
    public :: sampler_t, next_sample, modal_energy, damping_order
 
    type :: oscillators_t
@@ -55,11 +55,6 @@ module damped_oscillators
    !> Limit of x in exp(-x): exp(-700) is negligible, but a normal number; processors are slow with subnormal numbers.
    real(wp), parameter :: max_exponent = 700.0_wp
 
-   !> Matrices of a step of fixed length, from the state (z, v) to (zz z + zv v, vz z + vv v), [count].
-   type :: step_matrices_t
-      real(wp), allocatable :: zz(:), zv(:), vz(:), vv(:)
-   end type step_matrices_t
-
    !> Number of steps after which the recurrence restarts from the closed form, so that rounding errors do not grow.
    integer, parameter :: renewal_interval = 64
 
@@ -69,13 +64,11 @@ module damped_oscillators
       real(wp), allocatable :: z(:)
       !> Velocities at the last sample, [count]
       real(wp), allocatable :: v(:)
-      !> Steps since the last closed form; `renewal_interval` at the start of a phase
+      !> Steps since the last closed form; a phase starts with `renewal_interval` or more
       integer :: steps_since_renewal = renewal_interval
-      !> Whether the step matrices have been computed; that happens at their first use
-      logical :: has_matrices = .false.
-      type(step_matrices_t) :: matrices
-   contains
-      procedure :: restart
+      !> Entries of the matrices of a step, from the state (z, v) to (a z + b v, c z + d v) in the order a, c, b, d,
+      !> [count, 4]; unallocated: no step has been made
+      real(wp), allocatable :: matrix(:, :)
    end type sampler_t
 
 contains
@@ -415,48 +408,6 @@ contains
       a = -oscillators%square*(z + oscillators%two_zeta*v) - oscillators%mass_rate(:oscillators%count)*v
    end function acceleration
 
-   !> The 2 x 2 matrices that advance each oscillator by one step.
-   pure subroutine step_matrices(oscillators, h, matrices)
-      type(oscillators_t), intent(in) :: oscillators
-      !> Length of the step
-      real(wp), intent(in) :: h
-      type(step_matrices_t), intent(out) :: matrices
-
-      real(wp) :: zero(oscillators%count), one(oscillators%count)
-
-      zero = 0.0_wp
-      one = 1.0_wp
-      allocate (matrices%zz, matrices%zv, matrices%vz, matrices%vv, mold=zero)
-      call propagate(oscillators, h, one, zero, matrices%zz, matrices%vz)
-      call propagate(oscillators, h, zero, one, matrices%zv, matrices%vv)
-   end subroutine step_matrices
-
-   !> Advance a state by one step.
-   pure subroutine apply_step(matrices, z, v)
-      !> From `step_matrices`
-      type(step_matrices_t), intent(in) :: matrices
-      !> Displacements, [count]
-      real(wp), intent(inout) :: z(:)
-      !> Velocities, [count]
-      real(wp), intent(inout) :: v(:)
-
-      integer :: i
-      real(wp) :: new
-
-      do i = 1, size(z)
-         new = matrices%zz(i)*z(i) + matrices%zv(i)*v(i)
-         v(i) = matrices%vz(i)*z(i) + matrices%vv(i)*v(i)
-         z(i) = new
-      end do
-   end subroutine apply_step
-
-   !> Begin a new phase.
-   elemental subroutine restart(self)
-      class(sampler_t), intent(inout) :: self
-
-      self%steps_since_renewal = renewal_interval
-   end subroutine restart
-
    !> Advance to the next sample: by one step from the last one or, when the recurrence restarts, by the closed form.
    pure subroutine next_sample(sampler, oscillators, z0, v0, step, time)
       type(sampler_t), intent(inout) :: sampler
@@ -471,18 +422,30 @@ contains
       !> Time since the start of the phase, >= 0
       real(wp), intent(in) :: time
 
+      real(wp) :: zeros(size(z0)), ones(size(z0)), new
+      integer :: i
+
       if (sampler%steps_since_renewal >= renewal_interval) then
          if (.not. allocated(sampler%z)) allocate (sampler%z(size(z0)), sampler%v(size(z0)))
          call propagate(oscillators, time, z0, v0, sampler%z, sampler%v)
          sampler%steps_since_renewal = 0
-      else
-         if (.not. sampler%has_matrices) then
-            call step_matrices(oscillators, step, sampler%matrices)
-            sampler%has_matrices = .true.
-         end if
-         call apply_step(sampler%matrices, sampler%z, sampler%v)
-         sampler%steps_since_renewal = sampler%steps_since_renewal + 1
+         return
       end if
+      if (.not. allocated(sampler%matrix)) then
+         allocate (sampler%matrix(size(z0), 4))
+         zeros = 0.0_wp
+         ones = 1.0_wp
+         call propagate(oscillators, step, ones, zeros, sampler%matrix(:, 1), sampler%matrix(:, 2))
+         call propagate(oscillators, step, zeros, ones, sampler%matrix(:, 3), sampler%matrix(:, 4))
+      end if
+      associate (m => sampler%matrix, z => sampler%z, v => sampler%v)
+         do i = 1, size(z)
+            new = m(i, 1)*z(i) + m(i, 3)*v(i)
+            v(i) = m(i, 2)*z(i) + m(i, 4)*v(i)
+            z(i) = new
+         end do
+      end associate
+      sampler%steps_since_renewal = sampler%steps_since_renewal + 1
    end subroutine next_sample
 
    !> Kinetic energy and strain energy of all modes.

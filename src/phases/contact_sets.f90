@@ -7,7 +7,7 @@ module contact_sets
    use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
       has_mass_damping, make_constrained_set, find_static_state
    use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms
-   use damped_oscillators, only: sampler_t, step_matrices_t
+   use damped_oscillators, only: sampler_t
    use failures, only: failure_t
    use forced_responses, only: unit_responses_t
    use kinds, only: i8, wp
@@ -267,7 +267,7 @@ contains
          if (is_new) then
             set%has_rows = .false.
             call update_constrained(store%beam, set%constrained)
-            set%sampler = sampler_t(matrices=step_matrices_t())
+            set%sampler = sampler_t()
             call find_equilibrium(set)
             set%run = store%run
          end if

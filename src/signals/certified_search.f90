@@ -158,7 +158,7 @@ module certified_search
 contains
 
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search, history, max_evaluations, at_start)
+   subroutine first_zero(signal, limit, search, history, max_evaluations)
       class(certified_signal_t), intent(in) :: signal
       !> End of the search
       real(wp), intent(in) :: limit
@@ -167,8 +167,6 @@ contains
       type(search_history_t), intent(inout), optional :: history
       !> Permitted number of evaluations; default: unlimited
       integer(i8), intent(in), optional :: max_evaluations
-      !> Bounds of the signal itself at 0, if they are known
-      type(bounds_t), intent(in), optional :: at_start
 
       ! instant of the present evaluation, and length of the step to the next one
       real(wp) :: t, step
@@ -179,7 +177,7 @@ contains
       budget = huge(budget)
       if (present(max_evaluations)) budget = max_evaluations
       t = 0.0_wp
-      call bounds_at_start(signal, order, bounds, search, at_start)
+      call bounds_at_start(signal, order, bounds, search)
       if (present(history)) history%count = 0
       search%ceiling = merge(bounds%signal, huge(1.0_wp), order == 0)
       do
@@ -273,7 +271,7 @@ contains
 
    !> Begin the search. If the signal starts at zero without a slope (`start_order` > 1), the search runs on the first
    !> derivative that is positive at the start: as long as it is positive, so are the lower derivatives and the signal.
-   subroutine bounds_at_start(signal, order, bounds, search, known)
+   subroutine bounds_at_start(signal, order, bounds, search)
       class(certified_signal_t), intent(in) :: signal
       !> Order of the derivative; 0: the signal itself
       integer, intent(out) :: order
@@ -281,18 +279,12 @@ contains
       type(bounds_t), intent(out) :: bounds
       !> Counts the evaluations
       type(search_t), intent(inout) :: search
-      !> Bounds of the signal itself, if they are known
-      type(bounds_t), intent(in), optional :: known
 
       type(bounds_t) :: lower
 
       order = signal%start_order
       if (order == 1) order = 0
-      if (present(known) .and. order == 0) then
-         bounds = known
-      else
-         call signal%find_bounds(0.0_wp, order, bounds)
-      end if
+      call signal%find_bounds(0.0_wp, order, bounds)
       search%evaluations = 1_i8
       search%rounding = bounds%signal_rounding
       if (signal%start_order > 0) then

@@ -178,7 +178,7 @@ contains
    end subroutine transform
 
    !> First zero of the signal in (0, limit]. The end of a short flight comes from a Taylor series.
-   subroutine find_zero(self, limit, search, history, at_start)
+   subroutine find_zero(self, limit, search, history)
       class(modal_signal_t), intent(in) :: self
       !> End of the search
       real(wp), intent(in) :: limit
@@ -186,15 +186,13 @@ contains
       type(search_t), intent(out) :: search
       !> Evaluations of the search; none if the Taylor series was enough
       type(search_history_t), intent(inout), optional :: history
-      !> Values and bounds of the signal at its start, if they are known
-      type(bounds_t), intent(in), optional :: at_start
 
       if (present(history)) history%count = 0
       if (self%start_order == 1) then
          call self%find_end_of_short_flight(limit, search)
          if (search%outcome == found_zero) return
       end if
-      call first_zero(self, limit, search, history, at_start=at_start)
+      call first_zero(self, limit, search, history)
       if (associated(self%last) .and. search%outcome == found_zero) call shift_state(self%oscillators, search%time, &
          self%last)
    end subroutine find_zero
