@@ -17,15 +17,15 @@ module natural_solver
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
-   public :: natural_modes, natural_pinned_modes
+   public :: natural_modes, omit_direction, right_singular_vectors, shapes_from_vectors
 
 contains
 
    !> The first lambda_i of the mesh, ascending, and the mode shapes if requested.
    !>
    !> A massless node at the stop adds no mode, because the motion of this node alone has strain energy but no kinetic
-   !> energy. This motion is orthogonal in K to all modes and is removed as in `natural_pinned_modes`. Only the
-   !> coordinates of the two adjacent elements take part in the reflection, so no accuracy is lost.
+   !> energy. This motion is orthogonal in K to all modes and is removed by `omit_direction`. Only the coordinates of
+   !> the two adjacent elements take part in the reflection, so no accuracy is lost.
    subroutine natural_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most the number of modes of the mesh
@@ -46,8 +46,10 @@ contains
       integer :: rigid
 
       call make_natural_beam(model, natural)
-      call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)
-      if (allocated(error)) return
+      if (count < 0 .or. count > model%stiffness%order - merge(1, 0, model%has_massless_node)) then
+         call fail(error, status_run_failed, 'natural solver: more modes requested than the mesh has')
+         return
+      end if
       rigid = merge(1, 0, has_pinned_root(model) .and. count > 0)
       bending = count - rigid
       if (has_pinned_root(model)) then
@@ -73,44 +75,6 @@ contains
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
-
-   !> The first lambda_i and mode shapes of the beam with the constraint y = 0 at the stop. The root must not be pinned.
-   !>
-   !> The constraint is c.q = 0 on the curvature coordinates, with c_j the displacement at the stop under coordinate j.
-   !> A Householder reflection turns c into one coordinate axis, which is omitted. The reflection combines columns of
-   !> different size, so on strongly graded meshes the high modes have fewer correct digits than those of the
-   !> unconstrained beam. The slope of the tip is positive if the stop is at the tip, else its displacement.
-   subroutine natural_pinned_modes(model, count, lambda, modes, error)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most 2 n - 1
-      integer, intent(in) :: count
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
-      !> Mode shapes as columns, y and dy/dx of the nodes, unit modal mass, [2 n, count]
-      real(wp), allocatable, intent(out) :: modes(:, :)
-      !> Set if more modes are requested than the mesh has, or DGEJSV does not converge
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(natural_beam_t) :: natural
-      real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
-      integer :: sign_dof
-
-      call make_natural_beam(model, natural)
-      call check_count(count, natural%order - 1, error)
-      if (allocated(error)) return
-      call find_flexibility(natural, flexibility, nodal)
-      call omit_direction(nodal(model%stop_dof, :), flexibility, nodal)
-      nodal(model%stop_dof, :) = 0.0_wp
-
-      call right_singular_vectors(flexibility, .true., singular, vectors, error)
-      if (allocated(error)) return
-      allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
-      allocate (modes(natural%dofs, count))
-      call shapes_from_vectors(model%mass, nodal, singular(:count), vectors(:, :count), modes, error)
-      if (allocated(error)) return
-      sign_dof = merge(model%tip_dof + 1, model%tip_dof, model%stop_dof == model%tip_dof)
-      call fix_mode_signs(sign_dof, modes)
-   end subroutine natural_pinned_modes
 
    !> Replace the displacement of the node at the stop in B by its continuation, which is interpolated from neighbouring
    !> nodes (`redistributed_mass`).
@@ -269,19 +233,5 @@ contains
       end if
       call dtrsm('R', 'U', 'N', 'N', order, count, 1.0_wp, modal_mass, count, modes, order)
    end subroutine shapes_from_vectors
-
-   !> Refuse more modes than the mesh has.
-   pure subroutine check_count(count, available, error)
-      !> Number of requested modes
-      integer, intent(in) :: count
-      !> Number of modes of the mesh
-      integer, intent(in) :: available
-      !> Set if too many modes are requested
-      type(failure_t), allocatable, intent(out) :: error
-
-      if (count < 0 .or. count > available) then
-         call fail(error, status_run_failed, 'natural solver: more modes requested than the mesh has')
-      end if
-   end subroutine check_count
 
 end module natural_solver
