@@ -97,6 +97,8 @@ contains
       type(coupled_equation_t), intent(out) :: problem
 
       integer :: j, k, pair
+      ! whether a branch or damper may creep slowly, so that 0 is stored as a pole, too
+      logical :: creeps
 
       problem%modes = size(square)
       problem%two_zeta = 2.0_wp*zeta
@@ -107,10 +109,9 @@ contains
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
-      ! one more entry for the pole 0, if there are branches
-      associate (capacity => problem%poles + merge(1, 0, problem%poles > 2*size(square)))
-         allocate (problem%pole(capacity), problem%relative(capacity))
-      end associate
+      creeps = any(spring%branch_stiffness > 0.0_wp .or. spring%viscosity > 0.0_wp)
+      allocate (problem%pole(problem%poles + merge(1, 0, creeps)))
+      allocate (problem%relative(size(problem%pole)))
       allocate (problem%branch_pole(size(spring)), source=0)
       call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
       problem%poles = 2*size(square)
@@ -121,9 +122,8 @@ contains
          problem%pole(problem%poles) = -spring(j)%relaxation_rate
          problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring(j)%relaxation_rate
       end do
-      if (problem%poles > 2*size(square)) then
-         ! s = 0 is no pole, but a branch with slow creep has a root so near to 0 that only its distance from 0 has
-         ! correct digits, so 0 is stored as a pole, too
+      if (creeps) then
+         ! s = 0 is no pole, but slow creep has a root so near to 0 that only its distance from 0 has correct digits
          problem%poles = problem%poles + 1
          problem%pole(problem%poles) = 0.0_wp
          problem%relative(problem%poles) = 1.0_wp
