@@ -452,7 +452,9 @@ contains
 
       passes = self%passes_undeformed .and. first > 0
       if (passes) passes = kind(first) == end_undeformed
-      if (passes) passes = is_row(self, contact(first), end_gap) .and. &
+      ! the contact may have closed again before, at a zero of its signal of renewed contact (index first - 1), unless
+      ! this search has examined that signal, too
+      if (passes) passes = is_row(self, contact(first), end_gap) .and. signals(first - 1)%is_certified .and. &
          signals(first)%max_value > 64.0_wp*signals(first)%rounding
    end function passes_undeformed
 
