@@ -13,7 +13,7 @@ module spectrum_analysis
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: scene_t
-   use spectrum_lines, only: find_lines, line_t, load_frequencies, order_in_words
+   use spectrum_lines, only: find_lines, line_t, line_width, load_frequencies, order_in_words
    use spectrum_settings, only: signal_table, window_hann, window_names
    use spectrum_types, only: amplitudes_of, run_spectrum_t
    use student, only: student_quantile
@@ -135,7 +135,7 @@ contains
       type(line_t), allocatable :: lines(:)
       integer :: i
 
-      call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%load, lines)
+      call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%window, self%load, lines)
       if (size(lines) == 0) return
       call group%put('line', [(i, i=1, size(lines))], 'line, the strongest first', is_scale=.true.)
       call group%put('omega', [lines%frequency], 'frequency', '{omega over omega1~frequency}', 'line')
@@ -172,9 +172,14 @@ contains
          write (unit, '(/, 2x, a)') 'spectra of '//to_text(run%segments)//' segments'//phrase(units, &
             ' of {tau~t} = ', 'time', run%length)//', '//trim(window_names(self%window))//' window, '//method_of(run)
          if (run%segments == 0) return
+         if (size(run%frequency) > 1) then
+            if (run%frequency(2) - run%frequency(1) > line_width(run%length)*(1.0_wp + 1.0e-9_wp)) call &
+               print_line(unit, 'warning', 'the frequencies are farther apart than a line is wide, 1 over the ' &
+               //'length of a segment: lines between them are missed')
+         end if
          do k = 1, size(run%of)
             associate (signal => signal_table(run%of(k)))
-               call find_lines(run%frequency, self%amplitude(:, k), run%length, self%load, lines)
+               call find_lines(run%frequency, self%amplitude(:, k), run%length, self%window, self%load, lines)
                write (unit, '(/, 2x, a)') words_in(units, trim(signal%meaning))
                if (run%sampled_from < huge(1.0_wp)) call print_line(unit, 'amplitudes within', phrase(units, '', &
                   trim(signal%quantity), self%sampling_error(k)))
@@ -231,7 +236,7 @@ contains
 
       if (self%run%segments == 0) return
       do k = 1, size(self%run%of)
-         call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%load, lines)
+         call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%window, self%load, lines)
          if (size(lines) == 0) cycle
          if (k == 1) measures(measure_named('strongest_frequency')) = lines(1)%frequency
          measure = measure_named(trim(signal_table(self%run%of(k))%measure))

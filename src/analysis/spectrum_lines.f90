@@ -5,9 +5,10 @@ module spectrum_lines
    use number_text, only: to_text
    use run_settings, only: run_settings_t
    use sorting, only: ascending_order
+   use spectrum_settings, only: window_hann
    implicit none (type, external)
    private
-   public :: line_t, find_lines, load_frequencies, order_in_words
+   public :: line_t, find_lines, load_frequencies, order_in_words, line_width
 
    !> Minimum amplitude of a line, relative to the amplitude of the strongest line.
    real(wp), parameter :: min_amplitude_ratio = 0.01_wp
@@ -20,9 +21,9 @@ module spectrum_lines
    type :: line_t
       !> Index of the frequency with the maximum amplitude
       integer :: place = 0
-      !> Frequency over omega1 of the maximum of the parabola through the logarithms of three amplitudes
+      !> Frequency over omega1, between those of the spectrum
       real(wp) :: frequency = 0.0_wp
-      !> Amplitude at that maximum
+      !> Amplitude at that frequency
       real(wp) :: amplitude = 0.0_wp
       !> The frequency is `multiple`/`divisor` times the frequency of the load `load`
       integer :: multiple = 0
@@ -53,25 +54,28 @@ contains
 
    !> Find the lines, in descending order of their amplitudes. The amplitude of a line exceeds all others within the
    !> width of the window.
-   pure subroutine find_lines(frequency, amplitude, length, load, lines)
+   pure subroutine find_lines(frequency, amplitude, length, window, load, lines)
       !> Frequencies over omega1, ascending at equal distances
       real(wp), intent(in) :: frequency(:)
       !> Amplitudes at these frequencies
       real(wp), intent(in) :: amplitude(:)
       !> Length of a segment, tau
       real(wp), intent(in) :: length
+      !> One of the `window_` constants
+      integer, intent(in) :: window
       !> Frequencies of the harmonic loads over omega1
       real(wp), intent(in) :: load(:)
       type(line_t), allocatable, intent(out) :: lines(:)
 
       integer, allocatable :: order(:), places(:)
+      type(line_t), allocatable :: all_lines(:)
       real(wp) :: distance, width
       integer :: i, reach
 
       allocate (places(0))
       distance = huge(1.0_wp)
       if (size(frequency) > 1) distance = frequency(2) - frequency(1)
-      width = 2.0_wp*pi/length
+      width = line_width(length)
       ! the line of a Hann window extends by two widths to both sides
       reach = max(1, int(min(2.0_wp*width/distance, real(size(frequency), wp))))
       do i = 1, size(frequency)
@@ -80,38 +84,92 @@ contains
          if (any(amplitude(i + 1:min(i + reach, size(frequency))) > amplitude(i))) cycle
          places = [places, i]
       end do
-      order = ascending_order(-amplitude(places))
-      allocate (lines(min(size(places), max_lines)))
-      do i = 1, size(lines)
-         lines(i)%place = places(order(i))
-         call interpolate_line(frequency, amplitude, lines(i))
-         call assign_load(0.5_wp*max(width, distance), load, lines(i))
+      allocate (all_lines(size(places)))
+      do i = 1, size(places)
+         all_lines(i)%place = places(i)
+         call interpolate_line(frequency, amplitude, width, window, all_lines(i))
+         call assign_load(0.5_wp*max(width, distance), load, all_lines(i))
       end do
+      order = ascending_order(-all_lines%amplitude)
+      lines = all_lines(order(:min(size(order), max_lines)))
    end subroutine find_lines
 
-   !> Find frequency and amplitude of a line between the frequencies of the spectrum: near its maximum the logarithm of
-   !> the transform of a window is a parabola.
-   pure subroutine interpolate_line(frequency, amplitude, line)
+   !> Distance from the centre of a line to the first zero of the transform of a rectangle window, over omega1. With
+   !> frequencies farther apart than this a spectrum can miss lines.
+   elemental function line_width(length) result(width)
+      !> Length of a segment, tau
+      real(wp), intent(in) :: length
+      real(wp) :: width
+
+      width = 2.0_wp*pi/length
+   end function line_width
+
+   !> Find frequency and amplitude of a line between the frequencies of the spectrum: those of the transform of the
+   !> window that has the amplitudes at `place` and at the higher one of its neighbours. A neighbour that is lower than
+   !> that of a line at `place` itself, or frequencies too far apart for one line to be seen at two of them, leave the
+   !> line there.
+   pure subroutine interpolate_line(frequency, amplitude, width, window, line)
       real(wp), intent(in) :: frequency(:)
       real(wp), intent(in) :: amplitude(:)
+      !> Width of a line over omega1
+      real(wp), intent(in) :: width
+      !> One of the `window_` constants
+      integer, intent(in) :: window
       !> On entry `place`; on return frequency and amplitude
       type(line_t), intent(inout) :: line
 
-      real(wp) :: curvature, shift, slope
+      ! the interval that contains the shift shrinks to rounding
+      integer, parameter :: bisections = 50
+      ! distance of the frequencies, bounds of the shift from `place` and their middle, over the width
+      real(wp) :: distance, low, high, middle
+      real(wp) :: ratio
+      integer :: i, side
 
-      associate (i => line%place)
-         line%frequency = frequency(i)
-         line%amplitude = amplitude(i)
-         if (i == 1 .or. i == size(frequency)) return
-         if (.not. min(amplitude(i - 1), amplitude(i + 1)) > 0.0_wp) return
-         slope = 0.5_wp*log(amplitude(i + 1)/amplitude(i - 1))
-         curvature = log(amplitude(i + 1)/amplitude(i)) + log(amplitude(i - 1)/amplitude(i))
-         if (.not. curvature < 0.0_wp) return
-         shift = -slope/curvature
-         line%frequency = frequency(i) + shift*(frequency(i + 1) - frequency(i))
-         line%amplitude = amplitude(i)*exp(0.5_wp*slope*shift)
-      end associate
+      i = line%place
+      line%frequency = frequency(i)
+      line%amplitude = amplitude(i)
+      if (i == 1 .or. i == size(frequency)) return
+      distance = (frequency(i + 1) - frequency(i))/width
+      if (distance > 1.0_wp + 1.0e-9_wp) return
+      side = merge(1, -1, amplitude(i + 1) > amplitude(i - 1))
+      ratio = amplitude(i + side)/amplitude(i)
+      if (ratio <= window_transform(distance, window)) return
+      low = 0.0_wp
+      high = 0.5_wp*distance
+      do i = 1, bisections
+         middle = 0.5_wp*(low + high)
+         if (window_transform(distance - middle, window) > ratio*window_transform(middle, window)) then
+            high = middle
+         else
+            low = middle
+         end if
+      end do
+      line%frequency = line%frequency + real(side, wp)*middle*width
+      line%amplitude = line%amplitude/window_transform(middle, window)
    end subroutine interpolate_line
+
+   !> Magnitude of the transform of a window over that at its centre, up to one width from the centre: sin(pi x)/(pi x)
+   !> of a rectangle, that over 1 - x^2 of Hann's window.
+   elemental function window_transform(distance, window) result(value)
+      !> Distance x from the centre over the width of a line, between 0 and 1
+      real(wp), intent(in) :: distance
+      !> One of the `window_` constants
+      integer, intent(in) :: window
+      real(wp) :: value
+
+      value = 1.0_wp
+      if (.not. distance > 0.0_wp) return
+      associate (x => distance, rest => 1.0_wp - distance)
+         ! sin(pi x) = sin(pi (1 - x)) of the lesser angle, which is exact at both ends
+         value = sin(pi*min(x, rest))/(pi*x)
+         if (window /= window_hann) return
+         if (rest > 0.0_wp) then
+            value = value/(rest*(1.0_wp + x))
+         else
+            value = 0.5_wp
+         end if
+      end associate
+   end function window_transform
 
    !> Find the load of which a line is a harmonic or a subharmonic, within the resolution of the spectrum.
    pure subroutine assign_load(tolerance, load, line)

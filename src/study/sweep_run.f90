@@ -252,7 +252,7 @@ contains
       character(:), allocatable, intent(out) :: reason
       !> Cached contact sets (the beam with given closed contacts), shared by several runs; absent: not shared
       type(set_store_t), target, intent(inout), optional :: sets
-      !> Numbers of the case besides its measures: Poincare sections, then spectra; absent: not recorded
+      !> Numbers of the case besides its measures: Poincare sections, then spectra; absent or of size 0: not recorded
       real(wp), intent(inout), optional :: extras(:)
       !> Number of the earlier case of the chain that failed; 0 or absent: none
       integer, intent(in), optional :: failed_case
@@ -282,6 +282,7 @@ contains
       row = row_of(response%measures)
       if (are_physical(runner%scene)) row = row_in_units(units_in(runner%scene), row)
       if (.not. present(extras)) return
+      if (size(extras) == 0) return
       spectra = 0
       if (allocated(response%spectrum)) spectra = spectrum_size(runner%scene)
       if (allocated(response%sections)) call record_sections(response%sections, units_in(runner%scene), &
