@@ -86,6 +86,8 @@ def open_results(path):
 def group_of(file, name, request):
     """A group of the file; if it is not there, what the scene would have had to ask for."""
     if name not in file:
+        if ("cases" in file or "sweep" in file) and request.lstrip("&") in file.get("scene", ()):
+            raise Unplottable(f"{file.file.filename}: holds several cases: there is a picture of {request} for a single run")
         foreign = "" if isinstance(file, h5py.Group) and "scene" in file.file else " (no results file of impactbeam?)"
         raise Unplottable(f"{file.file.filename}: has no /{name}: its scene has no {request}{foreign}")
     return file[name]

@@ -73,13 +73,15 @@ def draw(path, sweep):
         axes.set_xlabel(plots.with_unit(f"{parameter} of the load", "" if unit == "1" else unit))
         axes.set_title(plots.title_of(file))
         values = np.concatenate([branch["parameter"][()] for branch in branches])
+        stable = np.concatenate([branch["is_stable"][()] for branch in branches]) > 0
     if sweep:
         value, sections = sections_of(sweep)
         axes.plot(value, factor * sections, linestyle="none", marker=".", markersize=2.5, color="#b8b8b8",
                   label="sections of the sweep", zorder=0)
     margin = 0.01 * np.ptp(values)
     axes.set_xlim(values.min() - margin, values.max() + margin)
-    handles = [Line2D([], [], color="black", linestyle=style, label=label) for style, label in ((STABLE, "stable"), (UNSTABLE, "unstable"))]
+    handles = [Line2D([], [], color="black", linestyle=style, label=label)
+               for style, label, is_there in ((STABLE, "stable", stable), (UNSTABLE, "unstable", ~stable)) if is_there.any()]
     axes.legend(handles=[*handles, *axes.get_legend_handles_labels()[0]], fontsize="small")
     return figure
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draw scenes to scale: the beam, its stops and supports, the start; with --film also the beam as it moves.
+"""Draw scenes to scale: the beam with its masses, its stops and supports, the start; with --film also the beam as it moves.
 
 Plots what the results files hold and computes nothing; between nodes the beam is the cubic of its elements. The file of a
 single run contains the shape at the start; the film needs further shapes: &output shape_step.
@@ -26,6 +26,8 @@ EDGE = "#1f5fa8"
 GROUND = "#666666"
 TOUCHED = "#e08a5b"
 LAWS = {"restitution": "rigid", "three_element": "spring, and damper with spring", "spring_damper": "spring and damper"}
+# Points of an element
+POINTS = 13
 FRAME_TAU = 0.04
 MOST_FRAMES = 200
 FRAMES_A_SECOND = 20
@@ -41,8 +43,8 @@ def cubics(node, x, value, slope):
 
 
 def within_elements(node):
-    """Points along the beam, thirteen an element."""
-    return numpy.concatenate([numpy.linspace(a, b, 13)[:-1] for a, b in zip(node[:-1], node[1:])] + [node[-1:]])
+    """Points along the beam, of each element from end to end; a node between two elements comes twice."""
+    return numpy.concatenate([numpy.linspace(a, b, POINTS) for a, b in zip(node[:-1], node[1:])])
 
 
 def plain(group, name):
@@ -93,9 +95,9 @@ class Scene:
                 self.take_units(file, 1.0 / float(scales["omega1"]))
             self.read_surfaces(file)
             self.supports = [dict(scene[name].attrs) for name in scene if name.startswith("support")]
-            root = scene["root"].attrs if "root" in scene else {}
-            self.root = plots.text_of(root["kind"]) if "kind" in root else "clamped"
-            self.read_section(scene["beam"].attrs)
+            self.read_root(scene)
+            self.read_masses(scene)
+            self.read_section(file)
             self.read_shapes(file)
             self.read_start(scene)
 
@@ -194,27 +196,42 @@ class Scene:
             if not name.endswith(("floor", "ceiling")):
                 body.contacts += self.contacts_of(surfaces, place)
 
-    def read_section(self, beam):
-        """Stations along the beam and heights there; of area and inertia, those of the rectangle with the same."""
-        self.is_rectangle = "area" not in beam
-        if "station" in beam:
-            self.station = self.factor * numpy.atleast_1d(beam["station"]) / self.length
-            self.height = numpy.atleast_1d(beam["height"]) if self.is_rectangle else numpy.sqrt(
-                12.0 * numpy.atleast_1d(beam["inertia"]) / numpy.atleast_1d(beam["area"]))
-        else:
-            self.station = numpy.array([0.0, 1.0])
-            self.height = numpy.array([float(beam["height_root"]), float(beam["height_tip"])])
-        self.height = self.factor * self.height
+    def read_section(self, file):
+        """Heights of the beam at `x`, linear within elements; of area and inertia, those of the rectangle with the same."""
+        group, scene = file["mesh"], file["scene"]
+        if "height_root_side" not in group:
+            raise plots.Unplottable(f"{file.filename}: has no heights of the beam: run the scene again")
+        node = plain(group, "x")
+        self.x = within_elements(node)
+        ends = zip(group["height_root_side"][()], group["height_tip_side"][()])
+        mean = self.length * float(scene["scales"].attrs["height_ratio"])
+        self.height = mean * numpy.concatenate([numpy.linspace(*pair, POINTS) for pair in ends])
+        self.is_rectangle = "area" not in scene["beam"].attrs and not (
+            "section" in scene and plots.text_of(scene["section"].attrs["shape"]) == "general")
+
+    def read_masses(self, scene):
+        """Masses on the beam as position, ratio to the mass of the beam, whether it has rotary inertia."""
+        attributes = [scene[name].attrs for name in scene if name.startswith("mass")]
+        self.masses = [(float(mass["position"]), float(mass["mass_ratio"]), float(mass.get("rotary_inertia_ratio", 0.0)) > 0.0)
+                       for mass in attributes]
+        tip = float(scene["tip_mass"].attrs["ratio"]) if "tip_mass" in scene else 0.0
+        self.masses += [(1.0, tip, False)] if tip > 0.0 else []
+
+    def read_root(self, scene):
+        """Support of the root, and the springs in place of a rigid clamp, by the motion that they resist."""
+        root = scene["root"].attrs if "root" in scene else {}
+        self.root = plots.text_of(root["kind"]) if "kind" in root else "clamped"
+        self.root_springs = {motion: float(root[f"{name}_stiffness_ratio"])
+                             for motion, name in (("displacement", "translation"), ("rotation", "rotation"))
+                             if f"{name}_stiffness_ratio" in root}
 
     def read_shapes(self, file):
         """Displacement of the beam along x at some instants, from where it is unstressed."""
         self.shape_tau = numpy.array([])
-        self.x = numpy.linspace(0.0, 1.0, 201)
         if "shapes" not in file:
             return
         group = file["shapes"]
         node = plain(group, "x")
-        self.x = within_elements(node)
         self.shape_tau = plain(group, "tau")
         value = plain(group, "displacement")
         # the root is where it always was
@@ -273,7 +290,7 @@ class Drawing:
         self.factor = 1.0
         if not scene.is_known or not 0.04 * span <= thickest <= 0.6 * span:
             self.factor = 0.1 * span / thickest
-        self.half = 0.5 * self.factor * numpy.interp(scene.x, scene.station, scene.height)
+        self.half = 0.5 * self.factor * scene.height
         self.room = 0.2 * span
         self.plates = [self.stop(surface) for surface in scene.surfaces]
         for support in scene.supports:
@@ -282,8 +299,15 @@ class Drawing:
         margin = self.factor * thickest * 0.5 + self.room * 2.0
         axes.set_ylim(values.min() - margin, values.max() + margin)
         low, high = axes.get_ylim()
-        if scene.root == "pinned":
-            self.support({"position": 0.0, "motion": "displacement"})
+        for position, _, _ in scene.masses:
+            axes.plot([position], [0.0], marker="o", markersize=7, color="black", linestyle="none", zorder=5, clip_on=False)
+        if scene.root == "pinned" or scene.root_springs:
+            # without a spring the displacement of an elastic root is held
+            self.support({"position": 0.0, "motion": "displacement", **{
+                "stiffness_ratio": ratio for motion, ratio in scene.root_springs.items() if motion == "displacement"}})
+            if scene.root != "pinned":
+                self.support({"position": 0.0, "motion": "rotation", **{
+                    "stiffness_ratio": ratio for motion, ratio in scene.root_springs.items() if motion == "rotation"}})
         else:
             axes.add_patch(patches.Rectangle((-0.05, low), 0.05, high - low, facecolor="#e0e0e0", hatch="////",
                                              edgecolor=GROUND, linewidth=0.0))
@@ -390,8 +414,8 @@ class Drawing:
 
 
 def list_of(scene):
-    """A line for each stop and support."""
-    lines = []
+    """A line for each spring of the root, stop, body, support and mass."""
+    lines = [f"root: {motion}, spring, ratio {plots.round_number(ratio)}" for motion, ratio in scene.root_springs.items()]
     for stop in sorted({surface.stop for surface in scene.surfaces}):
         sides = [surface for surface in scene.surfaces if surface.stop == stop]
         places = " and ".join(f"{'below' if side.side > 0 else 'above'} the beam at $y$ = "
@@ -406,6 +430,9 @@ def list_of(scene):
     for support in scene.supports:
         kind = f"spring, ratio {plots.round_number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
         lines.append(f"support: {scene.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
+    for position, ratio, has_inertia in scene.masses:
+        lines.append(f"mass: {scene.place(position)}, {plots.round_number(ratio)} times that of the beam"
+                     + (", with rotary inertia" if has_inertia else ""))
     return lines
 
 

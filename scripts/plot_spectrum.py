@@ -79,6 +79,8 @@ class Map:
         keep = np.ones(len(sweep[names[0]]), bool)
         for other in names[:-1]:
             keep &= sweep[other][()] == sweep[other][0]
+            unit = plots.text_of(sweep[other].attrs["units"])
+            self.title += f"\n{other.replace('_', ' ')} = {plots.quantity(sweep[other][0], '' if unit == '1' else unit)}"
         self.values = sweep[self.parameter][keep]
         self.value_unit = plots.text_of(sweep[self.parameter].attrs["units"])
         self.frequency, self.unit = plots.values_of(group, "omega"), plots.unit_of(group, "omega")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Plot the statistics of a run for each side of each stop: mean and RMS force, share of time in contact and rate of impacts
+"""Plot the statistics of a run for each side of each stop or body: mean and RMS force, share of time in contact and rate of impacts
 with their 95 % intervals, and below them a histogram of the impacts.
 """
 
@@ -16,7 +16,9 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 BARS = {"mean_force": "mean force", "rms_force": "RMS force", "contact_share": "share of time in contact",
         "impact_rate": "rate of impacts"}
 
-SIDES = ("below", "above")
+# Faces of a stop or body, and what bounds the way of a body
+FACES = {name: {"color": plots.COLOURS[colour], "linestyle": plots.DASHES[dash]}
+         for name, colour, dash in (("below", 2, 0), ("above", 1, 1), ("floor", 3, 2), ("ceiling", 4, 3))}
 STOPS_A_ROW = 4
 
 
@@ -30,8 +32,13 @@ class Statistics:
             self.title = plots.title_of(file)
             names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()[1:]
             if not names:
-                raise plots.Unplottable(f"{path}: has no stops, so there are no statistics to draw")
-            self.names = [name.replace("stop_", "").replace("_", "\n") for name in names]
+                raise plots.Unplottable(f"{path}: has no stops and no bodies, so there are no statistics to draw")
+            # such as "stop 1" with the face "below", "body 1" with "floor"; one that is met from one side may name no face
+            words = [name.split("_") for name in names]
+            self.owners = [" ".join(word for word in name if word not in FACES) for name in words]
+            self.faces = [name[-1] if name[-1] in FACES else "below" for name in words]
+            self.names = ["\n".join([owner.replace("stop ", ""), *name[-1:]]) if name[-1] in FACES else owner
+                          for owner, name in zip(self.owners, words)]
             # the first is of all together
             self.bars = {name: (group[name][1:], group[f"{name}_half_width"][1:]) for name in BARS}
             self.units = {name: plots.unit_of(group, name) for name in BARS}
@@ -61,26 +68,24 @@ def draw_bars(axes, statistics, name):
     axes.set_ylabel(plots.with_unit(BARS[name], unit))
 
 
-def draw_classes(axes, statistics, stop, kind):
-    """Histogram of the impacts on the sides of a stop."""
-    for number, name in enumerate(statistics.names):
-        edges, impacts = statistics.classes[number]
-        if statistics.kinds[number] != kind or name.split("\n")[0] != stop or not impacts.any() or not np.all(np.isfinite(edges)):
+def draw_classes(axes, statistics, owner, kind):
+    """Histogram of the impacts on the faces of a stop or body."""
+    for number, (edges, impacts) in enumerate(statistics.classes):
+        if (statistics.kinds[number], statistics.owners[number]) != (kind, owner) or not impacts.any() \
+                or not np.all(np.isfinite(edges)):
             continue
-        side = SIDES.index(name.split("\n")[-1]) if "\n" in name else 0
-        axes.stairs(impacts, np.concatenate(([0.0], edges)), color=plots.COLOURS[2 - side], linestyle=plots.DASHES[side],
-                    linewidth=1.1)
-    axes.set_title(f"stop {stop}", fontsize=9)
+        axes.stairs(impacts, np.concatenate(([0.0], edges)), linewidth=1.1, **FACES[statistics.faces[number]])
+    axes.set_title(owner, fontsize=9)
     axes.set_xlim(left=0.0)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     axes.yaxis.set_minor_locator(NullLocator())
 
 
 def draw(statistics):
-    """The figure of one file: bars of each side of each stop, below them histograms, of forces and impulses apart."""
+    """The figure of one file: bars of each side of each stop or body, below them histograms, of forces and impulses apart."""
     rows = []
     for kind in ("force", "impulse"):
-        stops = list(dict.fromkeys(name.split("\n")[0] for name, own in zip(statistics.names, statistics.kinds) if own == kind))
+        stops = list(dict.fromkeys(owner for owner, own in zip(statistics.owners, statistics.kinds) if own == kind))
         rows += [(kind, stops[first:first + STOPS_A_ROW]) for first in range(0, len(stops), STOPS_A_ROW)]
     heights = [2.0, 2.0] + [1.9] * len(rows)
     figure = plt.figure(figsize=(plots.WIDTH, sum(heights) + 0.3), layout="constrained")
@@ -93,11 +98,12 @@ def draw(statistics):
         for axes, stop in zip(panels, stops):
             draw_classes(axes, statistics, stop, kind)
         panels[0].set_ylabel("impacts")
-        part.supxlabel(plots.with_unit(f"{kind} of an impact", statistics.class_units[kind]), fontsize=10.5)
-        handles = [plt.Line2D([], [], color=plots.COLOURS[2 - side], linestyle=plots.DASHES[side], label=name)
-                   for side, name in enumerate(SIDES) if any(own.endswith(name) for own in statistics.names)]
+        handles = [plt.Line2D([], [], label=face, **line) for face, line in FACES.items()
+                   if (kind, face) in zip(statistics.kinds, statistics.faces)]
+        part.supxlabel(plots.with_unit(f"{kind} of an impact", statistics.class_units[kind]), fontsize=10.5,
+                       x=0.5 if len(handles) < 3 else 0.3)
         if handles:
-            part.legend(handles=handles, loc="lower right", ncols=2, fontsize=8, borderpad=0.0, borderaxespad=0.2)
+            part.legend(handles=handles, loc="lower right", ncols=len(handles), fontsize=8, borderpad=0.0, borderaxespad=0.2)
     figure.suptitle(statistics.title, x=0.02, ha="left", fontsize=10.5)
     return figure
 

@@ -80,7 +80,7 @@ class Sweep:
             self.column = factors[self.measure] * group[self.measure][:].astype(float)
             self.column[group["status"][:] > 0] = np.nan
             if not np.isfinite(self.column).any():
-                others = ", ".join(name for name in known if name != self.measure)
+                others = ", ".join(name for name in known if np.isfinite(group[name][:].astype(float)).any()) or "no measure, as none has values"
                 raise plots.Unplottable(f"{path}: {self.measure} has no value in any case; --measure takes another of {others}")
             parameters = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
             spacings = plots.text_of(group.attrs["spacings"]).split(",")

@@ -89,7 +89,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       ! beginnings of messages about stops
-      character(*), parameter :: stop_messages(3) = [character(13) :: 'the beam', 'the stops at ', 'the position ']
+      character(*), parameter :: stop_messages(2) = [character(13) :: 'the beam', 'the stops at ']
       type(failure_t), allocatable :: failure
       integer :: i
 
@@ -109,6 +109,8 @@ contains
          call complain_of_scene(scene, 'start', 'velocity_ratios velocities', subject//failure%message, error)
       else if (index(failure%message, 'the support at ') == 1) then
          call complain_of_scene(scene, 'support', '', subject//failure%message, error)
+      else if (index(failure%message, 'the position ') == 1) then
+         call complain_of_position(scene, modified, subject, failure%message, error)
       else if (any([(index(failure%message, trim(stop_messages(i))) == 1, i=1, size(stop_messages))])) then
          call complain_of_scene(scene, 'stop', '', subject//failure%message, error)
       else
@@ -116,6 +118,46 @@ contains
             subject//failure%message, error)
       end if
    end subroutine check_run
+
+   !> Report a position without a node, in the line of the support, mass, body or stop that has it.
+   subroutine complain_of_position(scene, modified, subject, message, error)
+      !> The scene as read
+      type(scene_t), intent(in) :: scene
+      !> The scene with the parameter values of this run
+      type(scene_t), intent(in) :: modified
+      !> Description of the run, the start of the message
+      character(*), intent(in) :: subject
+      !> Message that begins with the position
+      character(*), intent(in) :: message
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: group
+      integer :: occurrence
+
+      group = 'stop'
+      occurrence = 1
+      if (allocated(modified%supports)) call find_position('support', modified%supports%position)
+      if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
+      if (allocated(modified%bodies)) call find_position('body', modified%bodies%position)
+      call complain_of_scene(scene, group, '', subject//message, error, occurrence)
+
+   contains
+
+      !> Look for the position of the message among those of a kind of groups.
+      subroutine find_position(name, positions)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: positions(:)
+
+         integer :: k
+
+         do k = 1, size(positions)
+            if (index(message, 'the position '//to_text(positions(k))//' ') /= 1) cycle
+            group = name
+            occurrence = k
+         end do
+      end subroutine find_position
+
+   end subroutine complain_of_position
 
    !> Find the reason why a run cannot start, if there is one.
    subroutine find_failure(scene, is_new_beam, model, failure)

@@ -14,7 +14,7 @@ module beam_section
    implicit none (type, external)
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
-   public :: shaped_section, outer_fibre, fibre_over_inertia
+   public :: shaped_section, outer_fibre, fibre_over_inertia, heights_of_elements
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
 
    !> Kinds of variation along the beam
@@ -214,6 +214,34 @@ contains
          fibre = 0.5_wp*area(section, tip_distance)
       end select
    end function outer_fibre
+
+   !> Heights at both ends of each element over hbar: twice the distance of the outer fibre, or sqrt(12 I/A) if the
+   !> section is given by area and second moment of area.
+   pure function heights_of_elements(section, node_position) result(height)
+      type(section_t), intent(in) :: section
+      !> Positions x/L of the nodes, ascending from 0 to 1
+      real(wp), intent(in) :: node_position(:)
+      !> [end towards the root and end towards the tip, elements]
+      real(wp) :: height(2, size(node_position) - 1)
+
+      ! the section at an end is that at this distance within the element, in L: a step may be at the node
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp) :: tip_distance(2)
+      integer :: end, i
+
+      height = 0.0_wp
+      do i = 1, size(height, 2)
+         tip_distance = 1.0_wp - node_position(i:i + 1) + [-rounding, rounding]
+         do end = 1, 2
+            if (section%kind == kind_section_table .or. section%shape == shape_general) then
+               if (area(section, tip_distance(end)) > 0.0_wp) height(end, i) = &
+                  sqrt(inertia(section, tip_distance(end))/area(section, tip_distance(end)))
+            else
+               height(end, i) = 2.0_wp*outer_fibre(section, tip_distance(end))
+            end if
+         end do
+      end do
+   end function heights_of_elements
 
    !> A dimension of a shape at a distance from the tip.
    pure function profile_value(section, values, tip_distance, curvature) result(value)

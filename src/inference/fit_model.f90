@@ -45,6 +45,8 @@ module fit_model
       real(wp) :: spread = 1.0_wp
       !> Divisors of residuals: standard deviations of the noise or, if unknown, that of the signal, [samples]
       real(wp), allocatable :: divisor(:)
+      !> Number of features of the signal that the last run does not have
+      integer :: missing = 0
       !> Reason why the last run failed; unallocated: it did not fail
       character(:), allocatable :: reason
    contains
@@ -266,7 +268,7 @@ contains
          return
       end if
       if (observed_table(self%fit%observed)%is_feature) then
-         call find_features(response, self%fit%observed, nint(time), last, found)
+         call find_features(response, self%fit%observed, nint(time), last, found, self%missing)
       else if (self%fit%observed == observed_force) then
          call interpolate(response%tau, response%history(force_stop)%values, time/unit_of_time, found)
       else
@@ -332,7 +334,7 @@ contains
 
    !> Find features of a motion by their numbers. An impact that the run does not have gets the instant of the end of
    !> the run; a rebound that the run does not have gets the height 0.
-   pure subroutine find_features(response, observed, numbers, end, found)
+   pure subroutine find_features(response, observed, numbers, end, found, missing)
       type(response_t), intent(in) :: response
       !> Index in `observed_table` of a signal of features
       integer, intent(in) :: observed
@@ -342,6 +344,8 @@ contains
       real(wp), intent(in) :: end
       !> Instants of impacts, tau, or peak displacements eta
       real(wp), intent(out) :: found(:)
+      !> Number of features that the run does not have
+      integer, intent(out) :: missing
 
       real(wp), allocatable :: features(:)
 
@@ -359,6 +363,7 @@ contains
       end if
       associate (known => count(numbers <= size(features)))
          found(:known) = features(numbers(:known))
+         missing = size(numbers) - known
       end associate
    end subroutine find_features
 

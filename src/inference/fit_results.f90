@@ -3,7 +3,7 @@ module fit_results
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use fit_model, only: max_name_length
    use fit_statistics, only: certainty_t
-   use inference_settings, only: observed_table
+   use inference_settings, only: observed_impacts, observed_table
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use quantities, only: units_t
@@ -53,6 +53,8 @@ module fit_results
       real(wp), allocatable :: runs(:)
       !> Number of starts whose fits ended at the estimates
       integer :: agreeing = 0
+      !> Number of impacts or rebounds of the signal that the run with the estimates does not have
+      integer :: missing = 0
    end type fit_t
 
 contains
@@ -80,6 +82,7 @@ contains
       if (fit%horizon < huge(1.0_wp)) call group%attribute('horizon', fit%horizon)
       call group%attribute('starts', [size(fit%sums)])
       call group%attribute('agreeing_starts', [fit%agreeing])
+      if (observed_table(scene%fit%observed)%is_feature) call group%attribute('missing', [fit%missing])
       call group%add(along, [(i, i=1, n)], '1', 'number of the parameter', is_scale=.true.)
       call group%add('name', fit%names, 'none', 'parameter', along)
       call group%add('unit', fit%units, 'none', 'its unit', along)
@@ -165,6 +168,9 @@ contains
       call print_line(unit, 'residual', with_unit(fit%certainty%noise, own)//' RMS')
       call print_line(unit, 'condition', rounded(fit%certainty%condition)//' of the Jacobian with columns of length 1')
       call print_undetermined(unit, plan, fit)
+      if (fit%missing > 0) call print_line(unit, '', 'the run does not reach '//to_text(fit%missing)//' of these '// &
+         to_text(size(fit%model))//' and has '//trim(merge('its end ', 'height 0', &
+         scene%fit%observed == observed_impacts))//' in their place: a longer &response duration may help')
       if (fit%horizon < scene%fit%time(size(scene%fit%time))) call print_line(unit, '', &
          'small changes of the parameters ' &
          //'grow e-fold in '//with_unit(1.0_wp/fit%growth_rate, unit_in(units, 'time'))//': after '// &

@@ -140,6 +140,7 @@ contains
       if (observed_table(scene%fit%observed)%jumps) call search_nearby(model, fit%values, fit%sums(best))
       fit%ended(:, best) = fit%values
       call model%find_signal(fit%values, fit%model)
+      fit%missing = model%missing
       step = 0.0_wp
       do i = 1, passes
          call find_jacobian(model, fit%values, fit%model, step, jacobian)

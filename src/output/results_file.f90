@@ -4,6 +4,7 @@
 !> a dataset is the value of one dimensionless unit in units of the scene, if known.
 module results_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use beam_section, only: heights_of_elements, section_t
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_groups, only: write_frequencies
@@ -68,15 +69,17 @@ contains
    end subroutine write_results
 
    !> Write a group for each kind of result that was computed.
-   subroutine write_groups(group, node_position, frequencies, response)
+   subroutine write_groups(group, node_position, frequencies, response, section)
       type(quantity_group_t), intent(in) :: group
       !> Positions x/L of the nodes, clamp first, if the scene has a single mesh
       real(wp), contiguous, intent(in), optional :: node_position(:)
       !> Results that were computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
+      !> Section of the beam, if pictures of the scene are to show it
+      type(section_t), intent(in), optional :: section
 
-      if (present(node_position)) call write_mesh(group%subgroup('mesh'), node_position)
+      if (present(node_position)) call write_mesh(group%subgroup('mesh'), node_position, section)
       if (present(frequencies)) call write_frequencies(group%subgroup('frequencies'), frequencies)
       if (present(response)) then
          ! the address sanitizer reports an absent array that is passed on as if the array were read
@@ -216,11 +219,13 @@ contains
    end subroutine write_scene
 
    !> Write the nodes and the elements.
-   subroutine write_mesh(group, node_position)
+   subroutine write_mesh(group, node_position, section)
       type(quantity_group_t), intent(in) :: group
       !> Positions x/L of the nodes
       real(wp), contiguous, intent(in) :: node_position(:)
+      type(section_t), intent(in), optional :: section
 
+      real(wp), allocatable :: height(:, :)
       integer :: elements, i
 
       elements = size(node_position) - 1
@@ -228,6 +233,12 @@ contains
       call group%put('element', [(i, i=1, elements)], 'element, clamp first', is_scale=.true.)
       call group%put('element_length', node_position(2:) - node_position(:elements), 'length', &
          'length of the elements{ in L}', along='element')
+      if (.not. present(section)) return
+      allocate (height, source=transpose(heights_of_elements(section, node_position)))
+      call group%put('height_root_side', height(:, 1), 'number', 'height of the section at the end of the element ' &
+         //'towards the root, over the mean height; if area and second moment of area are given, sqrt(12 I/A)', &
+         along='element')
+      call group%put('height_tip_side', height(:, 2), 'number', 'the same at the end towards the tip', along='element')
    end subroutine write_mesh
 
 end module results_file

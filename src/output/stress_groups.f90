@@ -15,7 +15,7 @@ contains
    !> Write a list over the places for each extreme, and a table over instants and places for each history.
    subroutine write_stress(group, moments, tau, windows)
       type(quantity_group_t), intent(in) :: group
-      !> Records of the places in the order of the scene
+      !> Records of the places in the order of the scene, then those just beyond jumps of the moment
       type(moment_record_t), intent(in) :: moments(:)
       !> Sample times tau; without them no histories are written
       real(wp), contiguous, intent(in), optional :: tau(:)

@@ -314,8 +314,8 @@ contains
       call table%open(group_t('stress'), scene%wants_stress)
       if (.not. table%lists_names) return
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
-         //'stress at the outer fibre are requested; where the section steps, the stress of the side with the ' &
-         //'greater one', point_range, default='0, the root', &
+         //'stress at the outer fibre are requested; at a step of the section the greater stress of both sides; ' &
+         //'where the moment jumps, both', point_range, default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
       call table%store(name_t('position_length', 'the same as lengths from the root', physical_range, &
          instead_of='position', quantity='length', sweep=sweep_t(name='stress_position_length')), is_list=.true.)

@@ -2,7 +2,8 @@
 !> &fit.
 module scene_inference
    use file_system, only: path_beside
-   use inference_settings, only: fit_settings_t, observed_table, sensitivity_settings_t, uncertainty_settings_t
+   use inference_settings, only: fit_settings_t, observed_impacts, observed_table, sensitivity_settings_t, &
+      uncertainty_settings_t
    use kinds, only: wp
    use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
       measure_status, measure_table
@@ -352,16 +353,18 @@ contains
          return
       end if
       associate (fit => scene%fit)
+         inside = pack([(i, i=1, size(signal%time))], signal%time >= fit%start .and. signal%time <= fit%end &
+            .and. merge(signal%value, signal%time, fit%observed == observed_impacts) <= end)
          end = min(fit%end, end)
-         inside = pack([(i, i=1, size(signal%time))], signal%time >= fit%start .and. signal%time <= end)
          minimum_count = max(10, parameters + 4)
          if (observed_table(fit%observed)%is_feature) then
             minimum_count = parameters + count([fit%has_offset, fit%has_scale]) + 1
-            end = min(end, maxval(signal%time))
+            end = min(fit%end, maxval(signal%time))
          end if
          if (size(inside) < minimum_count) then
             call input%complain(group, 'data', file//' has '//to_text(size(inside))//' values from '// &
-               to_text(fit%start)//' to '//to_text(end)//', the end of what is fitted: must be at least ' &
+               to_text(fit%start)//' to '//to_text(end)//trim(merge(' within the run            ', &
+               ', the end of what is fitted', fit%observed == observed_impacts))//': must be at least ' &
                //to_text(minimum_count))
             return
          else if (observed_table(fit%observed)%is_feature .and. &
@@ -386,7 +389,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(signal_t), intent(inout) :: signal
       character(*), intent(in) :: file
-      !> End of the run in the unit of time of the results
+      !> End of the run in the unit of time of the results; `huge` for rebounds, whose signal contains no times
       real(wp), intent(out) :: end
       !> Error message about the units; unallocated: no error
       character(:), allocatable, intent(out) :: problem
@@ -401,7 +404,8 @@ contains
       ! the last sample of the run
       end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
       if (observed_table(scene%fit%observed)%is_feature) then
-         end = huge(1.0_wp)
+         if (scene%fit%observed == observed_impacts) end = scene%response%duration
+         if (scene%fit%observed /= observed_impacts) end = huge(1.0_wp)
          signal%time_unit = ''
       end if
       if (scene%unit_system == 0 .or. scene%unit_system == system_none) then
@@ -415,7 +419,7 @@ contains
       end if
       units = units_of(scene%scales, scene%unit_system, .true.)
       quantity = observed_table(scene%fit%observed)%quantity
-      if (.not. observed_table(scene%fit%observed)%is_feature) end = end*units%factor(quantity_named('time'))
+      if (end < huge(1.0_wp)) end = end*units%factor(quantity_named('time'))
       if (signal%time_unit /= '') then
          call unit_ratio(signal%time_unit, unit_of(quantity_named('time'), units), ratio, problem)
          if (.not. allocated(problem)) signal%time = ratio*signal%time

@@ -124,9 +124,9 @@ contains
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
-      call table%bind(course%value, name_t('values', 'values at these instants, linear between (displacement of the ' &
-         //'base: a cubic spline); 0 before and after', signed_range, tabulated, default='those of the file', &
-         is_optional=.true.))
+      call table%bind(course%value, name_t('values', 'values at these instants, linear between, 0 before and after; ' &
+         //'of a displacement of the base a cubic spline, constant before and after', signed_range, tabulated, &
+         default='those of the file', is_optional=.true.))
       call table%store(name_t('table', 'file with a time and a value in each line, sought beside the ' &
          //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course

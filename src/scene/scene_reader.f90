@@ -139,7 +139,7 @@ contains
    end subroutine read_draft
 
    !> Report a problem that was found after a scene was read, with its position in the scene file.
-   subroutine complain_of_scene(scene, group, name, problem, error)
+   subroutine complain_of_scene(scene, group, name, problem, error, occurrence)
       type(scene_t), intent(in) :: scene
       character(*), intent(in) :: group
       !> The name, or several names for one quantity, separated by blanks
@@ -147,6 +147,8 @@ contains
       character(*), intent(in) :: problem
       !> Message with file, line, group, name and value
       type(failure_t), allocatable, intent(inout) :: error
+      !> Number of the group among several of this name; absent: the first
+      integer, intent(in), optional :: occurrence
 
       type(scene_input_t) :: input
       type(namelist_t) :: namelist
@@ -155,7 +157,7 @@ contains
 
       call parse_namelist(scene%text, namelist, line, message)
       call input%start(scene%file, namelist)
-      call input%complain(group, name, problem)
+      call input%complain(group, name, problem, occurrence)
       call input%get_problem(message)
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene

@@ -16,7 +16,7 @@ module scene_beam_model
       stop_settings_t
    use scene_requests, only: harmonic_frequencies, has_gravity_alone, set_period
    use scene_types, only: all_stops, beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
-      shape_section, shape_section_table, support_displacement
+      shape_section, shape_section_table, support_displacement, support_rotation
    use section_shapes, only: is_uniform, profile_stepped
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
@@ -267,8 +267,32 @@ contains
       if (.not. settings%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop, &
          acceleration_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
-      if (scene%wants_stress) settings%stress = scene%stress
+      if (.not. scene%wants_stress) return
+      settings%stress = scene%stress
+      settings%stress%position = [settings%stress%position, places_beyond_jumps(scene)]
    end function run_settings_of
+
+   !> Places x/L just beyond those of &stress at which the moment jumps: at masses with rotary inertia, and at supports
+   !> that resist rotation. At the place itself the moment is that on the side of the root.
+   pure function places_beyond_jumps(scene) result(places)
+      !> Scene with &stress
+      type(scene_t), intent(in) :: scene
+      real(wp), allocatable :: places(:)
+
+      ! distance from the jump in L: more than the rounding errors of the nodes
+      real(wp), parameter :: beyond = 1.0e-9_wp
+      real(wp), allocatable :: jumps(:)
+      integer :: p
+
+      allocate (jumps(0))
+      if (allocated(scene%masses)) jumps = pack(scene%masses%position, scene%masses%rotary_inertia_ratio > 0.0_wp)
+      if (allocated(scene%supports)) jumps = [jumps, pack(scene%supports%position, &
+         scene%supports%motion == support_rotation)]
+      associate (at => scene%stress%position)
+         places = beyond + pack(at, [(any(abs(jumps - at(p)) < 0.5_wp*beyond) .and. at(p) + beyond < 1.0_wp, &
+            p=1, size(at))])
+      end associate
+   end function places_beyond_jumps
 
    !> Set the stops and the bodies; the contacts of bodies are among the stops.
    pure subroutine set_stops(scene, settings)

@@ -66,7 +66,7 @@ contains
       ! results that are not allocated count as absent arguments
       call begin_results(root, expected_size(response), scene)
       if (allocated(model%mesh%position)) then
-         call write_groups(root, model%mesh%position, table, response)
+         call write_groups(root, model%mesh%position, table, response, model%section)
       else
          call write_groups(root, frequencies=table)
       end if
