@@ -7,14 +7,15 @@ module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
    use damped_oscillators, only: damping_order, lanes, make_oscillators, oscillators_t, padded
+   use free_modes, only: max_rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use point_forces, only: find_point_forces, slow_frequency
+   use point_forces, only: find_point_forces, rigid_motions, slow_frequency, static_rows
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: displacement_t, free_beam_t, constrained_set_t, are_constraints, has_mass_damping, make_constrained_set, &
-      damp_constrained_set, find_static_state, to_constrained_modes, to_free_modes
+   public :: displacement_t, free_beam_t, constrained_set_t, are_constraints, has_mass_damping, carriers_among, &
+      make_constrained_set, damp_constrained_set, find_static_state, to_constrained_modes, to_free_modes
 
    !> A displacement in which one mode alone takes part.
    type :: displacement_t
@@ -55,6 +56,8 @@ module constrained_sets
       integer :: users = 0
       !> Indices of the closed rigid contacts
       integer, allocatable :: closed(:)
+      !> Indices of closed contacts that apply forces, if the modes depend on them
+      integer, allocatable :: carriers(:)
       !> Number of constrained modes
       integer :: count = 0
       type(oscillators_t) :: oscillators
@@ -117,13 +120,29 @@ contains
       answer = beam%has_modal_damping .or. any(abs(beam%oscillators%mass_rate) > 0.0_wp)
    end function has_mass_damping
 
-   !> Constrain the beam at one closed rigid contact after the other.
-   subroutine make_constrained_set(beam, closed, set)
+   !> Closed contacts that apply forces on which the modes of a set depend: all of them if several modes have no
+   !> restoring force, because combinations of these modes may leave the contacts undeformed, else none.
+   pure function carriers_among(beam, compliant) result(carriers)
+      type(free_beam_t), intent(in) :: beam
+      !> Indices of the closed contacts that apply forces
+      integer, intent(in) :: compliant(:)
+      integer, allocatable :: carriers(:)
+
+      allocate (carriers, source=pack(compliant, &
+         spread(count(beam%oscillators%square <= max_rigid_square) > 1, 1, size(compliant))))
+   end function carriers_among
+
+   !> Constrain the beam at one closed rigid contact after the other. A motion without restoring force that leaves all
+   !> contacts undeformed, as that of a beam that turns freely with a body that it carries, then becomes a mode of its
+   !> own: among the terms exp(s t) of the contacts it would be one with s = 0 twice.
+   subroutine make_constrained_set(beam, closed, set, carriers)
       type(free_beam_t), intent(in) :: beam
       !> Indices of the closed rigid contacts, no two at one point
       integer, intent(in) :: closed(:)
       !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
+      !> From `carriers_among`; default none
+      integer, intent(in), optional :: carriers(:)
 
       ! the modes with one constraint more as combinations of the modes before, [modes before, modes after]
       real(wp), allocatable :: change(:, :)
@@ -134,6 +153,8 @@ contains
       integer :: i, k
 
       set%closed = closed
+      allocate (set%carriers(0))
+      if (present(carriers)) set%carriers = carriers
       allocate (square, source=beam%oscillators%square)
       mass_rate = beam%oscillators%mass_rate(:size(square))
       set%value = beam%value
@@ -155,20 +176,15 @@ contains
             call distribute_force(set%value(:, closed(i)), set%value(:, k), fractions_before, i, &
                set%balanced_fraction(:, k))
          end do
-         set%value = matmul(transpose(change), set%value)
-         set%tip_value = matmul(set%tip_value, change)
-         if (allocated(set%mode)) then
-            set%mode = matmul(set%mode, change)
-         else
-            set%mode = change
-         end if
+         call combine_modes(change, set)
          square = new_square
          if (beam%has_modal_damping) mass_rate = matmul(mass_rate, change**2)
       end do
+      call separate_rigid_motions(square, mass_rate(:size(square)), set)
       set%count = size(square)
       set%has_stiff = maxval(square) >= min_stiff
       associate (zeta => 0.5_wp*beam%oscillators%two_zeta)
-         if (size(closed) > 0) then
+         if (allocated(set%mode)) then
             order = damping_order(square, zeta, mass_rate(:set%count))
             square = square(order)
             mass_rate = mass_rate(order)
@@ -197,6 +213,60 @@ contains
          set%static_gap(size(beam%height)))
       call find_static_state(beam, set)
    end subroutine make_constrained_set
+
+   !> Combine modes and their values at contacts and tip.
+   pure subroutine combine_modes(change, set)
+      !> The new modes as combinations of the modes before, [modes before, modes after]
+      real(wp), intent(in) :: change(:, :)
+      type(constrained_set_t), intent(inout) :: set
+
+      real(wp), allocatable :: tip_value(:), value(:, :)
+
+      allocate (value(size(change, 2), size(set%value, 2)), tip_value(size(change, 2)))
+      value(:, :) = matmul(transpose(change), set%value)
+      tip_value(:) = matmul(set%tip_value, change)
+      call move_alloc(value, set%value)
+      call move_alloc(tip_value, set%tip_value)
+      allocate (value, source=change)
+      if (allocated(set%mode)) deallocate (value)
+      if (allocated(set%mode)) allocate (value, source=matmul(set%mode, change))
+      call move_alloc(value, set%mode)
+   end subroutine combine_modes
+
+   !> Combine the modes without restoring forces so that each motion of them which leaves the carriers undeformed is a
+   !> mode. Their damping must not differ, because it would couple the combinations.
+   pure subroutine separate_rigid_motions(square, mass_rate, set)
+      !> Squared frequencies of the modes; each combination takes one of those of its modes, [modes]
+      real(wp), intent(in) :: square(:)
+      !> Coefficients of damping proportional to mass, [modes]
+      real(wp), intent(in) :: mass_rate(:)
+      type(constrained_set_t), intent(inout) :: set
+
+      ! damping by less than this rate has no effect in a run of the maximum duration
+      real(wp), parameter :: min_rate = 1.0e-18_wp
+      real(wp), allocatable :: change(:, :), motion(:, :)
+      integer, allocatable :: rigid(:)
+      integer :: i
+
+      allocate (rigid, source=pack([(i, i=1, size(square))], square <= max_rigid_square))
+      if (size(set%carriers) == 0 .or. size(rigid) <= 1) return
+      if (maxval(mass_rate(rigid)) - minval(mass_rate(rigid)) > min_rate) return
+      allocate (motion, source=rigid_motions(square, set%value(:, set%carriers)))
+      associate (n => size(motion, 2))
+         ! if each of the motions is a mode already, no mode changes
+         if (n == count(.not. maxval(abs(set%value(rigid, set%carriers)), dim=2) > 0.0_wp)) return
+         allocate (change(size(square), size(square)), source=0.0_wp)
+         do i = 1, size(square)
+            change(i, i) = 1.0_wp
+         end do
+         change(:, rigid(:n)) = motion
+         change(:, rigid(n + 1:)) = rigid_motions(square, motion)
+         call combine_modes(change, set)
+         set%reaction(:, :) = matmul(set%reaction, change)
+         ! exact zeros instead of rounding errors: no contact couples these modes
+         set%value(rigid(:n), set%carriers) = 0.0_wp
+      end associate
+   end subroutine separate_rigid_motions
 
    !> Signals of the gaps and reactions of a set, with the damping of its oscillators.
    subroutine make_signals(set)
@@ -257,7 +327,9 @@ contains
       type(constrained_set_t), intent(inout) :: set
 
       complex(wp), dimension(size(beam%tip_value)) :: no_load, shape
-      complex(wp) :: force(size(set%closed))
+      complex(wp), allocatable :: force(:), height(:), no_flexibility(:)
+      ! rows of the contacts, and of motions without restoring forces
+      real(wp), allocatable :: row(:, :)
       real(wp) :: flexibility(size(set%closed), size(set%closed)), stiffness
       integer :: j, k
 
@@ -277,9 +349,13 @@ contains
          else if (any(square < slow_frequency**2)) then
             ! slow modes are unknowns of the equations, because their flexibility would hide that of the other modes
             no_load = (0.0_wp, 0.0_wp)
-            call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &
-               force, shape)
-            set%static_force(:) = real(force, wp)
+            allocate (row, source=static_rows(square, b))
+            allocate (height(size(row, 2)), source=(0.0_wp, 0.0_wp))
+            allocate (force, no_flexibility, mold=height)
+            no_flexibility = (0.0_wp, 0.0_wp)
+            height(:size(h)) = cmplx(h, 0.0_wp, wp)
+            call find_point_forces(cmplx(square, 0.0_wp, wp), row, no_flexibility, no_load, height, force, shape)
+            set%static_force(:) = real(force(:size(h)), wp)
             set%static(:) = real(shape, wp)
             set%static_tip = sum(beam%tip_value*set%static)
          else
@@ -342,7 +418,7 @@ contains
          end associate
       end do
       associate (square => set%oscillators%square(:set%count), largest => maxloc(abs(state(:, 1)), dim=1))
-         where (square > beam%oscillators%square(largest)) p = sums(:set%count, 3)/square
+         where (square > max(beam%oscillators%square(largest), max_rigid_square)) p = sums(:set%count, 3)/square
       end associate
    end subroutine to_constrained_modes
 
@@ -384,6 +460,7 @@ contains
          reaction = matmul(set%reaction, p)
          magnitude = matmul(abs(set%reaction), abs(p))
          do i = 1, size(q)
+            if (beam%oscillators%square(i) <= max_rigid_square) cycle
             if (sum(abs(set%mode(i, :)*forces)) + sum(abs(beam%value(i, set%closed))*magnitude) < &
                beam%oscillators%square(i)*sum(abs(set%mode(i, :)*p))) then
                q(i) = (sum(set%mode(i, :)*forces) + sum(beam%value(i, set%closed)*reaction))/beam%oscillators%square(i)

@@ -14,7 +14,7 @@ module coupled_modes
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t, reduce_rows
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use point_forces, only: find_point_forces
+   use point_forces, only: find_point_forces, static_rows
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
    use term_amplitudes, only: coupled_amplitudes, terms_at
@@ -237,19 +237,23 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_modes_t), intent(inout) :: modes
 
-      complex(wp), dimension(size(spring)) :: flexibility, force, heights
+      complex(wp), allocatable :: flexibility(:), force(:), heights(:)
       complex(wp), dimension(size(square)) :: no_load, shape
-      integer :: k
+      real(wp), allocatable :: row(:, :)
+      integer :: k, n
 
+      n = size(spring)
+      allocate (row, source=static_rows(square, value))
       no_load = (0.0_wp, 0.0_wp)
-      flexibility = (0.0_wp, 0.0_wp)
-      where (.not. is_rigid_stop(spring)) flexibility = 1.0_wp/spring%stiffness
-      allocate (modes%static_force(size(spring), size(spring)), modes%static_shape(size(square), size(spring)))
-      do k = 1, size(spring)
+      allocate (flexibility(size(row, 2)), source=(0.0_wp, 0.0_wp))
+      allocate (force, heights, mold=flexibility)
+      where (.not. is_rigid_stop(spring)) flexibility(:n) = 1.0_wp/spring%stiffness
+      allocate (modes%static_force(n, n), modes%static_shape(size(square), n))
+      do k = 1, n
          heights = (0.0_wp, 0.0_wp)
          heights(k) = 1.0_wp
-         call find_point_forces(cmplx(square, 0.0_wp, wp), value, flexibility, no_load, heights, force, shape)
-         modes%static_force(:, k) = real(force, wp)
+         call find_point_forces(cmplx(square, 0.0_wp, wp), row, flexibility, no_load, heights, force, shape)
+         modes%static_force(:, k) = real(force(:n), wp)
          modes%static_shape(:, k) = real(shape, wp)
       end do
    end subroutine find_static_response

@@ -1,10 +1,11 @@
 !> Forces of springs or supports at points of a beam, in its modes, if all motion is proportional to exp(s t).
 module point_forces
+   use free_modes, only: max_rigid_square, rigid_square
    use kinds, only: wp
    use small_equations, only: eliminate
    implicit none (type, external)
    private
-   public :: find_point_forces, slow_frequency
+   public :: find_point_forces, static_rows, rigid_motions, slow_frequency
 
    !> A mode is slow if its dynamic stiffness is less than the square of this number (at s = 0: if its frequency is
    !> less, in omega1). Slow modes are unknowns of the equations, because their flexibility would hide that of the other
@@ -66,5 +67,66 @@ contains
       z = inverse*(load + matmul(value, force))
       z(slow) = right(points + 1:, 1)
    end subroutine find_point_forces
+
+   !> Rows of static equilibrium: those of the points and one for each of the `rigid_motions`, which has no modal force
+   !> in equilibrium: the sum of its components times W^2 z is zero, as at a rigid support. The W^2 of these modes are
+   !> too small for the equations to yield that.
+   pure function static_rows(square, value) result(rows)
+      !> Squared circular frequencies W_i^2, [modes]
+      real(wp), intent(in) :: square(:)
+      !> Mode shapes at the points, [modes, points]
+      real(wp), intent(in) :: value(:, :)
+      !> Mode shapes at the points, then the rows of rigid supports, [modes, points + motions]
+      real(wp), allocatable :: rows(:, :)
+
+      real(wp), allocatable :: motion(:, :)
+      integer :: points
+
+      points = size(value, 2)
+      allocate (motion, source=rigid_motions(square, value))
+      allocate (rows(size(square), points + size(motion, 2)))
+      rows(:, :points) = value
+      rows(:, points + 1:) = spread(square/rigid_square, 2, size(motion, 2))*motion
+   end function static_rows
+
+   !> Motions of modes without restoring forces that move no point, for example the rotation of a beam about a pinned
+   !> root together with a body, if the displacement of the point is the gap between both.
+   pure function rigid_motions(square, value) result(motion)
+      !> Squared circular frequencies W_i^2, [modes]
+      real(wp), intent(in) :: square(:)
+      !> Mode shapes at the points, [modes, points]
+      real(wp), intent(in) :: value(:, :)
+      !> Orthonormal motions, [modes, motions]
+      real(wp), allocatable :: motion(:, :)
+
+      ! a row whose part is below this fraction of it is a combination of the rows before it, to rounding
+      real(wp), parameter :: rounding = 1.0e-10_wp
+      ! projection of the modes without restoring forces on the motions that do not move the points so far
+      real(wp), allocatable :: projection(:, :)
+      real(wp), allocatable :: row(:)
+      integer, allocatable :: rigid(:)
+      integer :: i, k, n
+
+      allocate (rigid, source=pack([(i, i=1, size(square))], square <= max_rigid_square))
+      allocate (projection(size(rigid), size(rigid)), source=0.0_wp)
+      allocate (row(size(rigid)))
+      do i = 1, size(rigid)
+         projection(i, i) = 1.0_wp
+      end do
+      do k = 1, size(value, 2)
+         row(:) = matmul(projection, matmul(projection, value(rigid, k)))
+         if (norm2(row) <= rounding*maxval([0.0_wp, abs(value(:, k))])) cycle
+         row(:) = row/norm2(row)
+         projection = projection - spread(row, 2, size(row))*spread(row, 1, size(row))
+      end do
+      n = nint(sum([(projection(i, i), i=1, size(rigid))]))
+      allocate (motion(size(square), n), source=0.0_wp)
+      do k = 1, n
+         i = maxloc([(projection(i, i), i=1, size(rigid))], dim=1)
+         row(:) = projection(:, i)/norm2(projection(:, i))
+         motion(rigid, k) = row
+         projection = projection - spread(row, 2, size(row))*spread(row, 1, size(row))
+      end do
+   end function rigid_motions
 
 end module point_forces

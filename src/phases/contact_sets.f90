@@ -4,7 +4,7 @@
 !> set is made at first use and cached.
 module contact_sets
    use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
-   use constrained_sets, only: are_constraints, damp_constrained_set, free_beam_t, constrained_set_t, &
+   use constrained_sets, only: are_constraints, carriers_among, damp_constrained_set, free_beam_t, constrained_set_t, &
       has_mass_damping, make_constrained_set, find_static_state
    use coupled_modes, only: compare_sides, coupled_modes_t, make_coupled_modes, mirror_terms
    use damped_oscillators, only: sampler_t
@@ -391,17 +391,19 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), allocatable :: sign(:)
-      integer, allocatable :: closed(:), place(:)
+      integer, allocatable :: carriers(:), closed(:), place(:)
       integer :: i, m
       logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
       is_constrained = is_closed .and. store%is_rigid .and. are_constraints(store%beam)
       closed = pack([(i, i=1, size(is_closed))], is_constrained)
+      allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
+      carriers = carriers_among(store%beam, set%compliant)
       do i = 1, store%count - 1
-         associate (constrained => store%sets(i)%set%constrained)
-            if (size(constrained%closed) /= size(closed)) cycle
-            if (all(constrained%closed == closed)) set%constrained => store%sets(i)%set%constrained
+         associate (old => store%sets(i)%set%constrained)
+            if (size(old%closed) /= size(closed) .or. size(old%carriers) /= size(carriers)) cycle
+            if (all([old%closed == closed, old%carriers == carriers])) set%constrained => store%sets(i)%set%constrained
             if (associated(set%constrained)) exit
          end associate
       end do
@@ -409,13 +411,11 @@ contains
          call update_constrained(store%beam, set%constrained)
       else
          allocate (set%constrained)
-         call make_constrained_set(store%beam, closed, set%constrained)
+         call make_constrained_set(store%beam, closed, set%constrained, carriers)
       end if
       set%constrained%users = set%constrained%users + 1
       allocate (set%state(set%constrained%count, 4), set%last%z(set%constrained%count), &
-         set%last%v(set%constrained%count))
-      allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
-      allocate (place(size(set%compliant)), sign(size(set%compliant)))
+         set%last%v(set%constrained%count), place(size(set%compliant)), sign(size(set%compliant)))
       do i = 1, store%count - 1
          if (size(place) == 0) exit
          associate (other => store%sets(i)%set)
