@@ -2,13 +2,14 @@
 !>
 !> Listing all names (`list_scene` and `list_group` of `scene_groups`) opens the groups one after the other and binds
 !> each entry to a component of a scene. Quantities in units have no component, because only the dimensionless value
-!> (ratio) computed from them has one. The first listing makes the table with the values of the scene; later listings
-!> copy values between the table and the scene, so that one statement connects a name with its component. Reading a
-!> file, the echo in results files, the reference (--names), sweeps and cases use the table alone.
+!> (ratio) computed from them has one; their names are listed together with those of the ratios. The first listing makes
+!> the table with the values of the scene; later listings copy values between the table and the scene, so that one
+!> statement connects a name with its component. Reading a file, the echo in results files, the reference (--names),
+!> sweeps and cases use the table alone.
 module name_table
    use kinds, only: wp
-   use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
-      max_name_length, name_t
+   use name_types, only: entry_t, group_t, in_units_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
+      max_name_length, name_t, sweep_t
    use number_text, only: to_text
    use value_rules, only: is_among, range_t
    implicit none (type, external)
@@ -63,7 +64,8 @@ module name_table
       procedure :: number
       procedure :: applies
       procedure :: range_of
-      procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance
+      procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance, &
+         store_in_units
    end type table_t
 
 contains
@@ -220,35 +222,42 @@ contains
    end subroutine open_numbered
 
    !> Add a name that is bound to no component: its value is only in the table.
-   subroutine store(table, name, kind, is_list)
+   subroutine store(table, name, kind)
       class(table_t), intent(inout) :: table
       type(name_t), intent(in) :: name
-      !> One of the `kind_` constants; absent: a number
-      integer, intent(in), optional :: kind
-      !> Whether the value is a list; absent: it is not
-      logical, intent(in), optional :: is_list
+      !> One of the `kind_` constants
+      integer, intent(in) :: kind
 
-      integer :: chosen_kind
-      logical :: chosen_list
-
-      chosen_kind = kind_number
-      if (present(kind)) chosen_kind = kind
-      chosen_list = .false.
-      if (present(is_list)) chosen_list = is_list
-      call table%advance(name, chosen_kind, chosen_list)
+      call table%advance(name, kind, .false.)
    end subroutine store
 
+   !> Add the name in units of a ratio.
+   subroutine store_in_units(table, ratio, in_units, is_list)
+      class(table_t), intent(inout) :: table
+      !> Description of the ratio
+      type(name_t), intent(in) :: ratio
+      type(in_units_t), intent(in) :: in_units
+      logical, intent(in) :: is_list
+
+      call table%advance(name_t(in_units%name, in_units%meaning, in_units%range, ratio%needs, &
+         instead_of=ratio%name, quantity=in_units%quantity, relative_to=in_units%relative_to, &
+         sweep=sweep_t(name=in_units%swept_as)), kind_number, is_list)
+   end subroutine store_in_units
+
    !> Bind a number. The table has 0 for the number `huge`, the default of limits that a scene need not have.
-   subroutine bind_real(table, value, name)
+   subroutine bind_real(table, value, name, in_units)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: value
       type(name_t), intent(in) :: name
+      !> Name of the same quantity in units; absent: it has none
+      type(in_units_t), intent(in), optional :: in_units
 
       call table%advance(name, kind_number, .false.)
       associate (entry => table%entries(table%current))
          if (table%copies_from_scene) entry%value = merge(value, 0.0_wp, value < huge(value))
          if (table%copies_to_scene .and. (value < huge(value) .or. entry%value > 0.0_wp)) value = entry%value
       end associate
+      if (present(in_units)) call table%store_in_units(name, in_units, is_list=.false.)
    end subroutine bind_real
 
    !> Bind a whole number, or one of several words, represented by its index; 0: no word.
@@ -293,10 +302,12 @@ contains
    end subroutine bind_text
 
    !> Bind a list of numbers, or of whole numbers that the scene stores as reals.
-   subroutine bind_reals(table, value, name, are_whole)
+   subroutine bind_reals(table, value, name, in_units, are_whole)
       class(table_t), intent(inout) :: table
       real(wp), allocatable, intent(inout) :: value(:)
       type(name_t), intent(in) :: name
+      !> Name of the same quantities in units; absent: they have none
+      type(in_units_t), intent(in), optional :: in_units
       logical, intent(in), optional :: are_whole
 
       call table%advance(name, kind_number, .true.)
@@ -305,6 +316,7 @@ contains
          if (table%copies_from_scene .and. allocated(value)) entry%list = value
          if (table%copies_to_scene .and. allocated(entry%list)) value = entry%list
       end associate
+      if (present(in_units)) call table%store_in_units(name, in_units, is_list=.true.)
    end subroutine bind_reals
 
    !> Bind a list of whole numbers, or of words, represented by their indices.

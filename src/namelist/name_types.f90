@@ -4,10 +4,10 @@ module name_types
    use kinds, only: wp
    use program_identity, only: program_motion
    use run_settings, only: name_length
-   use value_rules, only: range_t
+   use value_rules, only: physical_range, range_t
    implicit none (type, external)
    private
-   public :: entry_t, group_t, name_t, condition_t, sweep_t, max_name_length
+   public :: entry_t, group_t, name_t, condition_t, in_units_t, sweep_t, max_name_length
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
    !> Kind of a value: a number.
@@ -100,6 +100,22 @@ module name_types
       character(max_reference_length) :: range_of = ''
       type(sweep_t) :: sweep = sweep_t()
    end type name_t
+
+   !> Name of a ratio's quantity in the units of the scene, which is listed after the name of the ratio and applies
+   !> under the same condition.
+   type :: in_units_t
+      !> Name in lower case
+      character(max_name_length) :: name = ''
+      !> Name in `quantity_table`
+      character(max_reference_length) :: quantity = ''
+      !> Meaning of the value, with its unit
+      character(max_meaning_length) :: meaning = ''
+      type(range_t) :: range = physical_range
+      !> Name in a sweep if it differs from that in the group
+      character(max_reference_length) :: swept_as = ''
+      !> As in `name_t`
+      character(max_reference_length) :: relative_to = ''
+   end type in_units_t
 
    !> A group, or one of several groups of one name.
    type :: group_t

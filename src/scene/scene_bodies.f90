@@ -5,7 +5,7 @@ module scene_bodies
    use kinds, only: wp
    use load_settings, only: start_balance
    use name_table, only: table_t
-   use name_types, only: name_t, sweep_t
+   use name_types, only: in_units_t, name_t, sweep_t
    use number_text, only: to_text
    use run_settings, only: body_settings_t, impulse_nodal, law_table, law_restitution, side_both, &
       side_names
@@ -13,7 +13,7 @@ module scene_bodies
    use scene_stops, only: list_law
    use scene_types, only: scene_t
    use stop_pairs, only: are_at_one_point
-   use value_rules, only: load_range, off_root_range, physical_range, range_t, signed_range, stiffness_range
+   use value_rules, only: load_range, off_root_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
    private
    public :: list_bodies, check_bodies
@@ -62,19 +62,15 @@ contains
       type(body_settings_t), intent(inout) :: body
 
       call table%bind(body%position, name_t('position', 'where it meets the beam, over length', off_root_range, &
-         sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
-         instead_of='position', quantity='length'))
+         sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)), &
+         in_units_t('position_length', 'length', 'the same as a length from the root'))
       call table%bind(body%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
-         default='none: give one', sweep=sweep_t(71, is_in_cases=.true.)))
-      call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
+         default='none: give one', sweep=sweep_t(71, is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
       call table%bind(body%side, name_t('side', 'where it is: below the beam, above it, or in a cavity of the beam'), &
          side_names)
-      call table%bind(body%clearance, name_t('clearance_ratio', &
-         'distance of the undeformed beam from it at z = 0, on ' &
-         //'each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)))
-      call table%store(name_t('clearance', 'the same, length', length_range, instead_of='clearance_ratio', &
-         quantity='displacement'))
+      call table%bind(body%clearance, name_t('clearance_ratio', 'distance of the undeformed beam from it at z = 0, ' &
+         //'on each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)), &
+         in_units_t('clearance', 'displacement', 'the same, length', length_range))
    end subroutine list_position_and_mass
 
    !> List the names of spring and damper between body and base, and of the initial conditions.
@@ -83,31 +79,22 @@ contains
       type(body_settings_t), intent(inout) :: body
 
       call table%bind(body%spring_ratio, name_t('spring_ratio', 'k / (3 E Ibar / L^3) of its spring to the base', &
-         stiffness_range, default='none: it moves freely', is_optional=.true., sweep=sweep_t(73, is_in_cases=.true.)))
-      call table%store(name_t('spring', 'the same, force over length', physical_range, instead_of='spring_ratio', &
-         quantity='stiffness'))
+         stiffness_range, default='none: it moves freely', is_optional=.true., sweep=sweep_t(73, is_in_cases=.true.)), &
+         in_units_t('spring', 'stiffness', 'the same, force over length'))
       call table%bind(body%damping_ratio, name_t('damping_ratio', 'c / (2 sqrt(k m)) of its damper to the base', &
          range_t(0.0_wp, 1.0e6_wp), sweep=sweep_t(74, is_in_cases=.true.)))
-      call table%bind(body%base_damper_ratio, name_t('base_damper_ratio', &
-         'c omega1 / (3 E Ibar / L^3) of its damper to the base, with or without a spring', range_t(0.0_wp, 1.0e9_wp), &
-         sweep=sweep_t(75, is_in_cases=.true.)))
-      call table%store(name_t('base_damper', 'the same, force over velocity', physical_range, &
-         instead_of='base_damper_ratio', quantity='damper'))
+      call table%bind(body%base_damper_ratio, name_t('base_damper_ratio', 'c omega1 / (3 E Ibar / L^3) of its damper ' &
+         //'to the base, with or without a spring', range_t(0.0_wp, 1.0e9_wp), sweep=sweep_t(75, is_in_cases=.true.)), &
+         in_units_t('base_damper', 'damper', 'the same, force over velocity'))
       call table%bind(body%rest, name_t('rest_ratio', 'z over D, up, at which its spring has no force', load_range, &
-         sweep=sweep_t(76, is_in_cases=.true.)))
-      call table%store(name_t('rest', 'the same, length', signed_range, instead_of='rest_ratio', &
-         quantity='displacement'))
+         sweep=sweep_t(76, is_in_cases=.true.)), in_units_t('rest', 'displacement', 'the same, length', signed_range))
       call table%bind(body%start_velocity, name_t('start_velocity_ratio', &
-         'its velocity up at the start, over D omega1', &
-         load_range, sweep=sweep_t(77, is_in_cases=.true.)))
-      call table%store(name_t('start_velocity', 'the same, length over time', signed_range, &
-         instead_of='start_velocity_ratio', quantity='velocity'))
-      call table%bind(body%start_gap, name_t('start_gap_ratio', &
-         'its distance from the beam at the start, in a cavity from the ' &
-         //'lower wall, over D', distance_range, default='at rest_ratio; in a cavity the middle', is_optional=.true., &
-         sweep=sweep_t(78, is_in_cases=.true.)))
-      call table%store(name_t('start_gap', 'the same, length', length_range, instead_of='start_gap_ratio', &
-         quantity='displacement'))
+         'its velocity up at the start, over D omega1', load_range, sweep=sweep_t(77, is_in_cases=.true.)), &
+         in_units_t('start_velocity', 'velocity', 'the same, length over time', signed_range))
+      call table%bind(body%start_gap, name_t('start_gap_ratio', 'its distance from the beam at the start, in a ' &
+         //'cavity from the lower wall, over D', distance_range, default='at rest_ratio; in a cavity the middle', &
+         is_optional=.true., sweep=sweep_t(78, is_in_cases=.true.)), &
+         in_units_t('start_gap', 'displacement', 'the same, length', length_range))
    end subroutine list_spring_and_start
 
    !> List the names of floor and ceiling, which are fixed to the base.
@@ -116,14 +103,12 @@ contains
       type(body_settings_t), intent(inout) :: body
 
       call table%bind(body%floor, name_t('floor_ratio', 'depth of a fixed floor of its own below z = 0, over D', &
-         distance_range, default='none', is_optional=.true., sweep=sweep_t(79, is_in_cases=.true.)))
-      call table%store(name_t('floor', 'the same, length', length_range, instead_of='floor_ratio', &
-         quantity='displacement'))
+         distance_range, default='none', is_optional=.true., sweep=sweep_t(79, is_in_cases=.true.)), &
+         in_units_t('floor', 'displacement', 'the same, length', length_range))
       call table%bind(body%ceiling, name_t('ceiling_ratio', &
-         'height of a fixed ceiling of its own above z = 0, over D', &
-         distance_range, default='none', is_optional=.true., sweep=sweep_t(80, is_in_cases=.true.)))
-      call table%store(name_t('ceiling', 'the same, length', length_range, instead_of='ceiling_ratio', &
-         quantity='displacement'))
+         'height of a fixed ceiling of its own above z = 0, over D', distance_range, default='none', &
+         is_optional=.true., sweep=sweep_t(80, is_in_cases=.true.)), &
+         in_units_t('ceiling', 'displacement', 'the same, length', length_range))
       call table%bind(body%base_contact%law, name_t('floor_law', 'model of its contacts with floor and ceiling'), &
          law_table%name)
       call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)

@@ -8,7 +8,7 @@ module scene_groups
    use kinds, only: wp
    use measure_list, only: former_names, formerly_named, measure_count, measure_status, measure_table
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
@@ -25,7 +25,7 @@ module scene_groups
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use sweep_names, only: find_parameters, list_sweep, parameter_names, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, goal_names, swept_t
-   use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
+   use value_rules, only: duration_range, length_range, point_range, range_t
    use warning_list, only: warning_names
    implicit none (type, external)
    private
@@ -186,7 +186,7 @@ contains
       call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
          range_t(1, name_length), default='name of the scene file'))
       call table%store(name_t('displacement_scale', unit_of_displacement, length_range, &
-         default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.))
+         default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.), kind_number)
       call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
          default='the name'))
       call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
@@ -203,9 +203,8 @@ contains
 
       call table%open(group_t('tip_mass', in_motion_and_benchmark))
       call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
-         sweep=sweep_t(4, changes_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
-      call table%store(name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
-         sweep=sweep_t(name='tip_mass')))
+         sweep=sweep_t(4, changes_beam=.true., is_in_cases=.true., name='tip_mass_ratio')), &
+         in_units_t('mass', 'mass', 'tip mass', swept_as='tip_mass'))
    end subroutine list_tip_mass
 
    !> List the names of &damping in the table, and bind them to the components of the scene.
@@ -214,19 +213,17 @@ contains
       type(scene_t), intent(inout) :: scene
 
       call table%open(group_t('damping', in_motion_and_benchmark))
-      call table%bind(scene%zeta, name_t('zeta', 'C = gamma K, gamma = 2 zeta/omega1: a mode of circular ' &
-         //'frequency omega has the damping ratio zeta omega/omega1, omega1 being that of the uniform clamped beam', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, &
-         sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., meaning='damping ratio')))
-      call table%store(name_t('stiffness_coefficient', 'gamma of C = gamma K, time: a mode of circular ' &
-         //'frequency omega has the damping ratio gamma omega/2', &
-         physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
+      call table%bind(scene%zeta, name_t('zeta', 'C = gamma K, gamma = 2 zeta/omega1: a mode of circular frequency ' &
+         //'omega has the damping ratio zeta omega/omega1, omega1 being that of the uniform clamped beam', &
+         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., &
+         meaning='damping ratio')), &
+         in_units_t('stiffness_coefficient', 'stiffness_damping', 'gamma of C = gamma K, time: a mode of circular ' &
+         //'frequency omega has the damping ratio gamma omega/2'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'C = alpha M, alpha = 2 zeta_mass omega1: a mode of ' &
-         //'circular frequency omega has the damping ratio zeta_mass omega1/omega', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('mass_coefficient', 'alpha of C = alpha M, per time: a mode of circular ' &
-         //'frequency omega has the damping ratio alpha/(2 omega)', &
-         physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
+         //'circular frequency omega has the damping ratio zeta_mass omega1/omega', range_t(0.0_wp, 10.0_wp), &
+         rayleigh, sweep=sweep_t(54, is_in_cases=.true., may_change_in_motion=.true.)), &
+         in_units_t('mass_coefficient', 'mass_damping', 'alpha of C = alpha M, per time: a mode of circular ' &
+         //'frequency omega has the damping ratio alpha/(2 omega)'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each mode of the beam with its ' &
          //'supports and masses, without contact: 1/(2 Q) or half a loss factor; the last is that of all higher ' &
          //'modes', range_t(0.0_wp, 10.0_wp), condition_t( &
@@ -270,13 +267,10 @@ contains
       integer :: scheme
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
-         sweep=sweep_t(6, meaning='length of the run, tau')))
-      call table%store(name_t('duration_time', 'length of the run, time', physical_range, &
-         instead_of='duration', quantity='time'))
+         sweep=sweep_t(6, meaning='length of the run, tau')), &
+         in_units_t('duration_time', 'time', 'length of the run, time'))
       call table%bind(response%step, name_t('step', "time between samples of the results, and Newmark's step, tau", &
-         range_t(1.0e-9_wp, 1.0e9_wp)))
-      call table%store(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
-         quantity='time'))
+         range_t(1.0e-9_wp, 1.0e9_wp)), in_units_t('step_time', 'time', 'the same in time'))
       call table%bind(response%method, name_t('method', 'method of integration in time'), method_names)
       call table%bind(response%newmark_beta, name_t('newmark_beta', "Newmark's beta", range_t(0.0_wp, 1.0_wp), newmark))
       scheme = 0
@@ -316,9 +310,9 @@ contains
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
          //'stress at the outer fibre are requested; at a step of the section the greater stress of both sides; ' &
          //'where the moment jumps, both', point_range, default='0, the root', &
-         sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
-      call table%store(name_t('position_length', 'the same as lengths from the root', physical_range, &
-         instead_of='position', quantity='length', sweep=sweep_t(name='stress_position_length')), is_list=.true.)
+         sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')), &
+         in_units_t('position_length', 'length', 'the same as lengths from the root', &
+         swept_as='stress_position_length'))
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
       call table%bind(scene%stress%fatigue_slope, name_t('fatigue_slope', 'exponent m of the S-N curve: count cycles ' &
@@ -326,9 +320,8 @@ contains
          range_t(1.0_wp, 100.0_wp), default='none: cycles are not counted', is_optional=.true.))
       call table%bind(scene%stress%fatigue_threshold, name_t('fatigue_threshold_ratio', 'stress in E D/L by which ' &
          //'the stress must reverse at a turning point that counts', range_t(0.0_wp, 1.0e12_wp), &
-         default='1 % of the range', is_optional=.true.))
-      call table%store(name_t('fatigue_threshold', 'the same as a stress', physical_range, &
-         instead_of='fatigue_threshold_ratio', quantity='stress'))
+         default='1 % of the range', is_optional=.true.), &
+         in_units_t('fatigue_threshold', 'stress', 'the same as a stress'))
       call table%bind(scene%stress%fatigue_classes, name_t('fatigue_classes', 'classes of the histogram of cycles', &
          range_t(1, 10000)))
       call table%bind(scene%stress%fatigue_limit, name_t('fatigue_limit', 'turning points of the stress at a ' &

@@ -6,14 +6,14 @@ module scene_loads
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
       course_table, force_settings_t, pulse_names, start_release, time_course_t
    use name_table, only: table_t
-   use name_types, only: condition_t, kind_text, name_t, sweep_t
+   use name_types, only: condition_t, in_units_t, kind_text, name_t, sweep_t
    use number_text, only: to_text
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
    use scene_start, only: check_start
    use scene_types, only: base_group_t, scene_t
    use time_table, only: read_time_table
-   use value_rules, only: duration_range, instant_range, load_range, physical_range, point_range, positive_range, &
+   use value_rules, only: duration_range, instant_range, load_range, point_range, positive_range, &
       range_t, range_text, signed_range
    implicit none (type, external)
    private
@@ -61,26 +61,21 @@ contains
 
       call table%bind(force%position, name_t('position', 'points over length, with the whole force at each', &
          point_range, condition_t(without='stretch stretch_length', phrase='points, not with stretch'), &
-         default='none: give position or stretch', is_optional=.true., &
-         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., meaning='point of the force over length')))
-      call table%store(name_t('position_length', 'the same as lengths from the root', physical_range, &
-         condition_t(without='stretch stretch_length', phrase='points, not with stretch'), instead_of='position', &
-         quantity='length'), is_list=.true.)
+         default='none: give position or stretch', is_optional=.true., sweep=sweep_t(first_parameter + 6, &
+         is_in_cases=.true., meaning='point of the force over length')), &
+         in_units_t('position_length', 'length', 'the same as lengths from the root'))
       allocate (stretch, source=force%stretch)
       call table%bind(stretch, name_t('stretch', 'beginning and end of the line load over length, such as 0.5, 1', &
          point_range, condition_t(without='position position_length', phrase='a line load, not with position'), &
-         default='none: give position or stretch', is_optional=.true.))
+         default='none: give position or stretch', is_optional=.true.), &
+         in_units_t('stretch_length', 'length', 'the same as lengths from the root'))
       ! `check_force` reports a list that does not have two values
       if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
-      call table%store(name_t('stretch_length', 'the same as lengths from the root', physical_range, &
-         condition_t(without='position position_length', phrase='a line load, not with position'), &
-         instead_of='stretch', quantity='length'), is_list=.true.)
       call table%bind(force%course%kind, name_t('kind', 'course in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
-         //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
+         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)), &
+         in_units_t('amplitude', 'load', 'force up, a line load over length; factor of a table in units', signed_range))
       call list_course(table, force%course, first_parameter)
    end subroutine list_force
 
@@ -98,10 +93,9 @@ contains
       real(wp) :: given_degrees
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'circular frequency over omega1', positive_range, &
-         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('frequency', 'cycles per unit of time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), harmonic, instead_of='frequency_ratio', &
-         quantity='frequency'))
+         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)), &
+         in_units_t('frequency', 'frequency', 'cycles per unit of time', range_t(0.0_wp, 1.0e20_wp, &
+         excludes_minimum=.true.)))
       degrees = course%phase/degree
       given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
@@ -109,18 +103,15 @@ contains
       ! an unchanged phase is not converted back, because rounding would change its last digit
       if (abs(degrees - given_degrees) > 0.0_wp) course%phase = degrees*degree
       call table%bind(course%start, name_t('start', 'instant at which it begins, tau; there a table has time 0', &
-         instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
-      call table%store(name_t('start_time', 'the same in time', physical_range, &
-         instead_of='start', quantity='time'))
+         instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)), &
+         in_units_t('start_time', 'time', 'the same in time'))
       call table%bind(course%end, name_t('end', 'instant at which it ends, tau', duration_range, lasting, &
-         default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
-      call table%store(name_t('end_time', 'the same in time', physical_range, lasting, &
-         instead_of='end', quantity='time'))
+         default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)), &
+         in_units_t('end_time', 'time', 'the same in time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
-         sweep=sweep_t(first + 5, is_in_cases=.true.)))
-      call table%store(name_t('duration_time', 'length of the pulse, time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.), pulse, instead_of='duration', &
-         quantity='time'))
+         sweep=sweep_t(first + 5, is_in_cases=.true.)), &
+         in_units_t('duration_time', 'time', 'length of the pulse, time', range_t(0.0_wp, 1.0e20_wp, &
+         excludes_minimum=.true.)))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
@@ -161,19 +152,17 @@ contains
       integer, parameter :: first_parameter = 40
 
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
-         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), &
-         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t('gravity', 'gravity, length over time squared', physical_range, &
-         instead_of='gravity_ratio', quantity='acceleration'))
+         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true., &
+         may_change_in_motion=.true.)), in_units_t('gravity', 'acceleration', 'gravity, length over time squared'))
       call table%bind(base%quantity, name_t('quantity', 'given motion of clamp, stops and supports, besides ' &
          //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
       call table%bind(base%course%kind, name_t('kind', 'course in time'), course_names)
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
          default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., &
-         may_change_in_motion=.true.)))
-      call table%store(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
-         //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
+         may_change_in_motion=.true.)), &
+         in_units_t('amplitude', 'acceleration', 'acceleration or displacement up; factor of a table in units', &
+         signed_range))
       call list_course(table, base%course, first_parameter)
    end subroutine list_base
 

@@ -5,7 +5,7 @@ module scene_requests
    use load_periods, only: is_steady, period_of
    use load_settings, only: course_harmonic
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t
+   use name_types, only: condition_t, group_t, in_units_t, name_t
    use number_text, only: rounded, to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_frequency, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
@@ -14,7 +14,7 @@ module scene_requests
    use scene_spectrum, only: list_spectrum, resolve_spectrum
    use scene_types, only: base_group_t, frequency_response_settings_t, scene_t
    use sweep_settings, only: is_swept
-   use value_rules, only: duration_range, instant_range, physical_range, range_t
+   use value_rules, only: duration_range, instant_range, range_t
    implicit none (type, external)
    private
    public :: request_names, list_request, resolve_requests, resolve_statistics, set_period, harmonic_frequencies, &
@@ -75,25 +75,20 @@ contains
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
-      call table%bind(statistics%start, name_t('start', 'start of the part that is evaluated, tau: after ' &
-         //'the initial transient', instant_range))
-      call table%store(name_t('start_time', 'the same in time', physical_range, &
-         instead_of='start', quantity='time'))
-      call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', &
-         duration_range, default='that of the run', is_optional=.true.))
-      call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
-         quantity='time'))
+      call table%bind(statistics%start, name_t('start', &
+         'start of the part that is evaluated, tau: after the initial transient', instant_range), &
+         in_units_t('start_time', 'time', 'the same in time'))
+      call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
+         default='that of the run', is_optional=.true.), in_units_t('end_time', 'time', 'the same in time'))
       call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length: the half width of the ' &
          //'95 % interval of a value follows from the scatter of its values in the blocks; 1: no intervals', &
          range_t(1, 10000)))
       call table%bind(statistics%rest, name_t('rest', 'contacts that follow each other after a shorter time, tau, ' &
-         //'count as one impact, as after a flight below hop_tolerance; 0: each counts', instant_range))
-      call table%store(name_t('rest_time', 'the same in time', physical_range, &
-         instead_of='rest', quantity='time'))
+         //'count as one impact, as after a flight below hop_tolerance; 0: each counts', instant_range), &
+         in_units_t('rest_time', 'time', 'the same in time'))
       call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant stop ' &
-         //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)))
-      call table%store(name_t('force_threshold', 'the same as a force', physical_range, &
-         instead_of='threshold_ratio', quantity='force'))
+         //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)), &
+         in_units_t('force_threshold', 'force', 'the same as a force'))
       call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
       call table%bind(statistics%acceleration, name_t('acceleration', 'RMS and extremes of the accelerations of ' &
          //'stops and tip too'))
@@ -106,13 +101,10 @@ contains
 
       call table%bind(relay%lasting_force, name_t('lasting_force_ratio', 'Pbar; measure force_lasts is the instant ' &
          //'from which the contact force stays at least as large', range_t(0.0_wp, 1.0e12_wp), default='none', &
-         is_optional=.true.))
-      call table%store(name_t('lasting_force', 'the same as a force', physical_range, &
-         instead_of='lasting_force_ratio', quantity='force'))
+         is_optional=.true.), in_units_t('lasting_force', 'force', 'the same as a force'))
       call table%bind(relay%shortest_opening, name_t('shortest_opening', 'openings of the contact that are shorter, ' &
-         //'tau, are no bounces: the contact counts as closed meanwhile', instant_range))
-      call table%store(name_t('shortest_opening_time', 'the same in time', physical_range, &
-         instead_of='shortest_opening', quantity='time'))
+         //'tau, are no bounces: the contact counts as closed meanwhile', instant_range), &
+         in_units_t('shortest_opening_time', 'time', 'the same in time'))
    end subroutine list_relay
 
    !> Check that the interval of &statistics is within the run. Problems are reported to `input`.
@@ -399,9 +391,7 @@ contains
 
       call table%bind(settings%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency of the ' &
          //'harmonic loads, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
-         default='none: give one'))
-      call table%store(name_t('frequency_range', 'the same in cycles per unit of time', physical_range, &
-         instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
+         default='none: give one'), in_units_t('frequency_range', 'frequency', 'the same in cycles per unit of time'))
       call table%bind(settings%points, name_t('points', 'number of frequencies in this range', range_t(2, 1000000)))
       call table%bind(settings%is_logarithmic, name_t('logarithmic', 'distribute the frequencies evenly on a ' &
          //'logarithmic scale'))

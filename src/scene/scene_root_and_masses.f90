@@ -4,11 +4,11 @@ module scene_root_and_masses
    use kinds, only: wp
    use load_settings, only: start_release
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, name_t, sweep_t
    use root_and_mass_settings, only: mass_settings_t, root_names, root_pinned
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use value_rules, only: off_root_range, physical_range, range_t, stiffness_range
+   use value_rules, only: off_root_range, range_t, stiffness_range
    implicit none (type, external)
    private
    public :: list_root, list_masses, check_root, check_masses
@@ -32,20 +32,18 @@ contains
       associate (root => scene%root)
          call table%bind(root%kind, name_t('kind', 'support of the root: clamped, or pinned, so that the beam turns ' &
             //'freely about it'), root_names)
-         call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
-            'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, elastic_clamp, &
-            default='none: it does not turn', is_optional=.true., &
-            sweep=sweep_t(20, changes_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
-         call table%store(name_t('rotation_stiffness', 'the same, moment over angle', &
-            physical_range, elastic_clamp, instead_of='rotation_stiffness_ratio', &
-            quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
-         call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
-            'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, elastic_clamp, &
+         call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', 'k / (3 E Ibar / L) of a ' &
+            //'spring against rotation', stiffness_range, elastic_clamp, default='none: it does not turn', &
+            is_optional=.true., sweep=sweep_t(20, changes_beam=.true., is_in_cases=.true., &
+            name='root_rotation_stiffness_ratio')), &
+            in_units_t('rotation_stiffness', 'rotational_stiffness', 'the same, moment over angle', &
+            swept_as='root_rotation_stiffness'))
+         call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', 'k / (3 E Ibar / ' &
+            //'L^3) of a spring against displacement', stiffness_range, elastic_clamp, &
             default='none: it does not move', is_optional=.true., sweep=sweep_t(21, changes_beam=.true., &
-            is_in_cases=.true., name='root_translation_stiffness_ratio')))
-         call table%store(name_t('translation_stiffness', &
-            'the same, force over length', physical_range, elastic_clamp, instead_of='translation_stiffness_ratio', &
-            quantity='stiffness', sweep=sweep_t(name='root_translation_stiffness')))
+            is_in_cases=.true., name='root_translation_stiffness_ratio')), &
+            in_units_t('translation_stiffness', 'stiffness', 'the same, force over length', &
+            swept_as='root_translation_stiffness'))
       end associate
    end subroutine list_root
 
@@ -76,17 +74,13 @@ contains
       type(mass_settings_t), intent(inout) :: mass
 
       call table%bind(mass%position, name_t('position', 'position of the mass over length', off_root_range, &
-         sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
-         instead_of='position', quantity='length'))
+         sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)), &
+         in_units_t('position_length', 'length', 'the same as a length from the root'))
       call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
-         sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
-      call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
-         'J / (rho Abar L^3), J: moment of inertia of the mass about the axis of bending', mass_range, &
-         sweep=sweep_t(19, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('rotary_inertia', 'J, mass times length squared', &
-         physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
+         sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
+      call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', 'J / (rho Abar L^3), J: moment of ' &
+         //'inertia of the mass about the axis of bending', mass_range, sweep=sweep_t(19, changes_beam=.true., &
+         is_in_cases=.true.)), in_units_t('rotary_inertia', 'rotary_inertia', 'J, mass times length squared'))
    end subroutine list_mass
 
    !> Check the start of a beam with a pinned root and without supports: a release needs a static shape, which a beam

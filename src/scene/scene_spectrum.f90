@@ -2,13 +2,13 @@
 module scene_spectrum
    use kinds, only: wp
    use name_table, only: table_t
-   use name_types, only: condition_t, name_t
+   use name_types, only: condition_t, in_units_t, name_t
    use number_text, only: to_text
    use run_settings, only: end_of_run, side_both, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: all_stops, scene_t
    use spectrum_settings, only: quantity_moment, signal_names, signal_table, spectrum_settings_t, window_names
-   use value_rules, only: duration_range, instant_range, physical_range, range_t
+   use value_rules, only: duration_range, instant_range, range_t
    implicit none (type, external)
    private
    public :: list_spectrum, resolve_spectrum
@@ -43,25 +43,22 @@ contains
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))
       call table%bind(spectrum%body, name_t('body', 'which &body, for signals of a body', range_t(1, 1000)))
-      call table%bind(spectrum%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency, ' &
-         //'over omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'))
-      call table%store(name_t('frequency_range', 'the same in cycles per unit of time', physical_range, &
-         instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
+      call table%bind(spectrum%range, name_t('frequency_ratio_range', &
+         'minimum and maximum circular frequency, over omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'), &
+         in_units_t('frequency_range', 'frequency', 'the same in cycles per unit of time'))
       call table%bind(spectrum%points, name_t('points', 'number of frequencies in this range', range_t(2, max_points), &
          default='from resolution', is_optional=.true.))
       call table%bind(spectrum%resolution, name_t('resolution_ratio', 'difference of neighbouring circular ' &
          //'frequencies, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), without_points, &
-         default='half of 1 over a segment', is_optional=.true.))
-      call table%store(name_t('resolution', 'the same in cycles per unit of time', physical_range, without_points, &
-         instead_of='resolution_ratio', quantity='frequency'))
+         default='half of 1 over a segment', is_optional=.true.), &
+         in_units_t('resolution', 'frequency', 'the same in cycles per unit of time'))
       call table%bind(spectrum%segments, name_t('segments', 'segments of equal length, from whose differences ' &
          //'confidence intervals follow; with hann each overlaps the next by half; 1: no intervals', range_t(1, 10000)))
       call table%bind(spectrum%window, name_t('window', 'weight over a segment'), window_names)
-      call table%bind(spectrum%start, name_t('start', 'start of the part that is evaluated, tau', instant_range))
-      call table%store(name_t('start_time', 'the same in time', physical_range, instead_of='start', quantity='time'))
+      call table%bind(spectrum%start, name_t('start', 'start of the part that is evaluated, tau', instant_range), &
+         in_units_t('start_time', 'time', 'the same in time'))
       call table%bind(spectrum%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
-         default='that of the run', is_optional=.true.))
-      call table%store(name_t('end_time', 'the same in time', physical_range, instead_of='end', quantity='time'))
+         default='that of the run', is_optional=.true.), in_units_t('end_time', 'time', 'the same in time'))
       call table%bind(spectrum%closed_form_limit, name_t('closed_form_limit', 'maximum of exponentials of all ' &
          //'intervals times frequencies and signals that are integrated in closed form; later intervals are sampled', &
          range_t(0.0_wp, 1.0e15_wp)))

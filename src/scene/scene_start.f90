@@ -4,11 +4,11 @@ module scene_start
    use load_settings, only: field_names, start_drop, start_mode, start_names, start_release, start_rest, start_table, &
       start_velocity
    use name_table, only: table_t
-   use name_types, only: condition_t, name_t, sweep_t
+   use name_types, only: condition_t, in_units_t, name_t, sweep_t
    use number_text, only: to_text
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t, start_group_t
-   use value_rules, only: load_range, physical_range, point_range, positive_range, range_t, signed_range
+   use value_rules, only: load_range, point_range, positive_range, range_t, signed_range
    implicit none (type, external)
    private
    public :: list_start, choose_start, check_start
@@ -36,29 +36,24 @@ contains
       call table%bind(start%mode, name_t('mode', 'which mode of the free beam', range_t(1, 1000), with_mode, &
          sweep=sweep_t(53, is_in_cases=.true., name='start_mode')))
       call table%bind(start%velocity, name_t('velocity_ratio', 'velocity up, in a rotation or mode that of the tip, ' &
-         //'after a drop that of the fall down, over D omega1', load_range, moving, &
-         sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')))
-      call table%store(name_t('velocity', 'the same, length over time', signed_range, moving, &
-         instead_of='velocity_ratio', quantity='velocity', sweep=sweep_t(name='start_velocity')))
+         //'after a drop that of the fall down, over D omega1', load_range, moving, sweep=sweep_t(50, &
+         is_in_cases=.true., name='start_velocity_ratio')), &
+         in_units_t('velocity', 'velocity', 'the same, length over time', signed_range, swept_as='start_velocity'))
       call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
-         load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
-      call table%store(name_t('displacement', 'the same, length', signed_range, modal, &
-         instead_of='displacement_ratio', quantity='displacement', sweep=sweep_t(name='start_displacement')))
+         load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')), &
+         in_units_t('displacement', 'displacement', 'the same, length', signed_range, swept_as='start_displacement'))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &
-         default='none: velocity as given', is_optional=.true., &
-         sweep=sweep_t(52, is_in_cases=.true., name='start_height_ratio')))
-      call table%store(name_t('height', 'height of the fall, length', physical_range, fallen, &
-         instead_of='height_ratio', quantity='displacement', sweep=sweep_t(name='start_height')))
+         default='none: velocity as given', is_optional=.true., sweep=sweep_t(52, is_in_cases=.true., &
+         name='start_height_ratio')), &
+         in_units_t('height', 'displacement', 'height of the fall, length', swept_as='start_height'))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', point_range, &
          tabulated, is_optional=.true.))
       call table%bind(start%displacements, name_t('displacement_ratios', &
-         'displacements there over D, a spline between', load_range, tabulated, default='0', is_optional=.true.))
-      call table%store(name_t('displacements', 'the same, length', signed_range, tabulated, &
-         instead_of='displacement_ratios', quantity='displacement'), is_list=.true.)
+         'displacements there over D, a spline between', load_range, tabulated, default='0', is_optional=.true.), &
+         in_units_t('displacements', 'displacement', 'the same, length', signed_range))
       call table%bind(start%velocities, name_t('velocity_ratios', 'velocities there over D omega1, a spline between', &
-         load_range, tabulated, default='0', is_optional=.true.))
-      call table%store(name_t('velocities', 'the same, length over time', signed_range, tabulated, &
-         instead_of='velocity_ratios', quantity='velocity'), is_list=.true.)
+         load_range, tabulated, default='0', is_optional=.true.), &
+         in_units_t('velocities', 'velocity', 'the same, length over time', signed_range))
    end subroutine list_start
 
    !> Choose the kind of start if the file does not give it (release from a stop, or rest without a stop), and check

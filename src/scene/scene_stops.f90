@@ -5,7 +5,7 @@ module scene_stops
    use kinds, only: wp
    use load_settings, only: start_release
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t
    use number_text, only: rounded, to_text
    use program_identity, only: in_motion_and_benchmark
    use run_settings, only: impulse_names, impulse_nodal, law_table, law_restitution, side_above, &
@@ -14,7 +14,7 @@ module scene_stops
    use scene_types, only: all_stops, scales_t, scene_t, support_motion_names, support_settings_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: needs_displacement, entries_in_units
-   use value_rules, only: off_root_range, physical_range, range_t, range_text, stiffness_range
+   use value_rules, only: off_root_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
    public :: list_stops, list_law, list_supports, find_displacement, check_stops, check_supports
@@ -70,12 +70,10 @@ contains
       real(wp) :: clearance
       logical :: is_release_stop
 
-      call table%bind(stop%position, name_t('position', &
-         'position of the stop from the root, over length; at the tip, if the element beyond would be shorter than ' &
-         //'1/100 of its neighbour', off_root_range, &
-         sweep=sweep_t(5, changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
-      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
-         instead_of='position', quantity='length'))
+      call table%bind(stop%position, name_t('position', 'position of the stop from the root, over length; at the ' &
+         //'tip, if the element beyond would be shorter than 1/100 of its neighbour', off_root_range, sweep=sweep_t(5, &
+         changes_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')), &
+         in_units_t('position_length', 'length', 'the same as a length from the root'))
       call table%bind(stop%side, name_t('side', 'below the beam, above it, or on both sides with a clearance'), &
          side_names)
       ! the file chooses this stop by `pulled = .true.`; with a single stop there is no choice
@@ -95,14 +93,13 @@ contains
       if (stop%side == side_both) stop%preload = -clearance
       call table%store(name_t('surface_height', &
          'height d of the stop above the unstressed beam, up, length; 0: it touches the beam', height_range, &
-         one_side, instead_of='preload', quantity='displacement'))
+         one_side, instead_of='preload', quantity='displacement'), kind_number)
       call table%store(name_t('clearance', 'gap between the unstressed beam and the stop on each side, length', &
          range_t(0.0_wp, 1.0e12_wp, excludes_minimum=.true.), both_sides, instead_of='clearance_ratio', &
-         quantity='displacement'))
-      call table%store(name_t('initial_height', &
-         'height of the beam at its release above the unstressed beam, at the stop from which it is released, ' &
-         //'length', height_range, &
-         instead_of='preload', quantity='displacement', is_scale=.true.))
+         quantity='displacement'), kind_number)
+      call table%store(name_t('initial_height', 'height of the beam at its release above the unstressed beam, at ' &
+         //'the stop from which it is released, length', height_range, instead_of='preload', &
+         quantity='displacement', is_scale=.true.), kind_number)
       call table%bind(stop%law, name_t('law', 'rigid, with a coefficient of restitution; a spring beside a spring ' &
          //'and damper in series; or a spring beside a damper'), law_table%name)
       call list_law(table, stop, '', first=10, has_impulse=.true.)
@@ -131,22 +128,19 @@ contains
       if (has_impulse) call table%bind(stop%impulse, name_t('impulse', &
          'what an impact acts on: the whole beam, or one velocity', needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t(prefix//'stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         stiffness_range, compliant, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)))
-      call table%store(name_t(prefix//'stiffness', 'spring k, force over indentation near the force that ' &
-         //'occurs; of a sphere of radius R by Hertz (6 E*^2 R F)^(1/3)', physical_range, &
-         compliant, instead_of=prefix//'stiffness_ratio', quantity='stiffness'))
+         stiffness_range, compliant, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)), &
+         in_units_t(prefix//'stiffness', 'stiffness', 'spring k, force over indentation near the force that occurs; ' &
+         //'of a sphere of radius R by Hertz (6 E*^2 R F)^(1/3)'))
       call table%bind(stop%branch_ratio, name_t(prefix//'branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(first + 2, is_in_cases=.true., &
-         may_change_in_motion=.true.)))
-      call table%store(name_t(prefix//'branch_stiffness', 'spring beta k, force over length', physical_range, &
-         three_element, instead_of=prefix//'branch_ratio', quantity='stiffness', relative_to=prefix//'stiffness'))
+         may_change_in_motion=.true.)), &
+         in_units_t(prefix//'branch_stiffness', 'stiffness', 'spring beta k, force over length', relative_to=prefix &
+         //'stiffness'))
       call table%bind(stop%damper_ratio, name_t(prefix//'damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the ' &
-         //'branch or beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, &
-         sweep=sweep_t(first + 3, is_in_cases=.true., may_change_in_motion=.true., &
-         meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%store(name_t(prefix//'damper', 'damper c, force over velocity; beside the spring, a mass m leaves ' &
-         //'with a coefficient of restitution of about exp(-pi c/(2 (k m)^(1/2)))', physical_range, compliant, &
-         instead_of=prefix//'damper_ratio', quantity='damper'))
+         //'branch or beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, sweep=sweep_t(first + 3, &
+         is_in_cases=.true., may_change_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')), &
+         in_units_t(prefix//'damper', 'damper', 'damper c, force over velocity; beside the spring, a mass m leaves ' &
+         //'with a coefficient of restitution of about exp(-pi c/(2 (k m)^(1/2)))'))
    end subroutine list_law
 
    !> List the names of all &support groups in the table, and bind them to the components of the scene.
@@ -176,16 +170,13 @@ contains
       type(support_settings_t), intent(inout) :: support
 
       call table%bind(support%position, name_t('position', 'position of the support over length', off_root_range, &
-         sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('position_length', 'the same as a length from the root', physical_range, &
-         instead_of='position', quantity='length'))
+         sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)), &
+         in_units_t('position_length', 'length', 'the same as a length from the root'))
       call table%bind(support%motion, name_t('motion', 'which of both it holds at zero'), support_motion_names)
-      call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
-         'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
-         default='none: rigid', is_optional=.true., sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)))
-      call table%store(name_t('stiffness', &
-         'spring, force over length, or moment over angle', physical_range, instead_of='stiffness_ratio', &
-         quantity='stiffness'))
+      call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', 'k / (3 E Ibar / L^3) of its spring, ' &
+         //'against rotation k / (3 E Ibar / L)', stiffness_range, default='none: rigid', is_optional=.true., &
+         sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)), &
+         in_units_t('stiffness', 'stiffness', 'spring, force over length, or moment over angle'))
    end subroutine list_support
 
    !> Find the stop from which the beam is released and the unit of displacement D. For a beam that is released above a

@@ -212,7 +212,7 @@ contains
             else if (any(swept%parameter%group == [character(7) :: 'root', 'section', 'stress'])) then
                name%needs = condition_t(group=swept%parameter%group)
             end if
-            call table%bind(swept%list, name, swept%parameter%is_whole)
+            call table%bind(swept%list, name, are_whole=swept%parameter%is_whole)
             if (swept%parameter%is_whole) cycle
             name%name = trim(swept%parameter%name)//'_range'
             name%meaning = 'minimum and maximum, divided evenly'
