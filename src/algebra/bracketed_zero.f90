@@ -87,9 +87,8 @@ contains
 
    !> Zero of the chord between the ends of the bracket; at every eighth evaluation the middle of the bracket, which
    !> bounds the number of evaluations.
-   elemental function chord(bracket) result(point)
+   elemental real(wp) function chord(bracket) result(point)
       type(bracket_t), intent(in) :: bracket
-      real(wp) :: point
 
       associate (low => bracket%low, high => bracket%high, value_low => bracket%value_low)
          point = low + (high - low)*(value_low/(value_low - bracket%value_high))

@@ -61,9 +61,8 @@ contains
    end subroutine find_differences
 
    !> Whether the distance of any two points is at most `max_spread`.
-   pure function are_near(x) result(are)
+   pure logical function are_near(x) result(are)
       complex(wp), intent(in) :: x(:)
-      logical :: are
 
       integer :: j
 
@@ -191,9 +190,8 @@ contains
    end function series
 
    !> |z|^2, without the square root of abs, for numbers far from overflow.
-   elemental function square_of(z) result(square)
+   elemental real(wp) function square_of(z) result(square)
       complex(wp), intent(in) :: z
-      real(wp) :: square
 
       square = real(z, wp)**2 + aimag(z)**2
    end function square_of

@@ -80,7 +80,7 @@ contains
    end subroutine add_to_diagonal
 
    !> factor_a A + factor_b B for two matrices of one profile.
-   pure function combine(factor_a, a, factor_b, b) result(sum)
+   pure type(skyline_t) function combine(factor_a, a, factor_b, b) result(sum)
       !> Factor of the first matrix
       real(wp), intent(in) :: factor_a
       !> First matrix; its profile becomes the result's
@@ -89,7 +89,6 @@ contains
       real(wp), intent(in) :: factor_b
       !> Second matrix, of the same profile
       type(skyline_t), intent(in) :: b
-      type(skyline_t) :: sum
 
       sum = a
       sum%values = factor_a*a%values + factor_b*b%values
@@ -201,10 +200,9 @@ contains
 
    !> Number of negative pivots: by Sylvester's law of inertia the number of eigenvalues of (K, M)
    !> below sigma, if the factors are those of K - sigma M.
-   pure function negative_pivots(factors) result(count_negative)
+   pure integer function negative_pivots(factors) result(count_negative)
       !> L D L^T from `factorise`
       type(skyline_t), intent(in) :: factors
-      integer :: count_negative
 
       count_negative = count(factors%values(factors%diagonal) < 0.0_wp)
    end function negative_pivots

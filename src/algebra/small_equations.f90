@@ -89,9 +89,8 @@ contains
    end subroutine eliminate
 
    !> |Re z| + |Im z|.
-   elemental function abs1(z) result(value)
+   elemental real(wp) function abs1(z) result(value)
       complex(wp), intent(in) :: z
-      real(wp) :: value
 
       value = abs(real(z, wp)) + abs(aimag(z))
    end function abs1

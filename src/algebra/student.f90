@@ -8,12 +8,11 @@ module student
 contains
 
    !> The bound that |t| does not exceed with a given probability.
-   pure function student_quantile(confidence, freedom) result(t)
+   pure real(wp) function student_quantile(confidence, freedom) result(t)
       !> Probability that |t| is within the bound, 0 to 1
       real(wp), intent(in) :: confidence
       !> Degrees of freedom, >= 1
       integer, intent(in) :: freedom
-      real(wp) :: t
 
       real(wp) :: high, low, middle
 
@@ -34,10 +33,9 @@ contains
 
    !> Probability that |t| <= sqrt(freedom) tan(angle), as a finite sum (Abramowitz and Stegun,
    !> 26.7.3 and 26.7.4).
-   pure function probability_within(angle, freedom) result(probability)
+   pure real(wp) function probability_within(angle, freedom) result(probability)
       real(wp), intent(in) :: angle
       integer, intent(in) :: freedom
-      real(wp) :: probability
 
       real(wp) :: sum, term
       integer :: k

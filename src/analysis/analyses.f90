@@ -75,11 +75,10 @@ contains
    end function requested
 
    !> Whether a scene requests any analysis of a selection.
-   pure function requests_analysis(scene, selection) result(answer)
+   pure logical function requests_analysis(scene, selection) result(answer)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`
       logical, intent(in) :: selection
-      logical :: answer
 
       answer = any(requested(scene, selection))
    end function requests_analysis

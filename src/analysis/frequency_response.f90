@@ -167,9 +167,8 @@ contains
    end subroutine write_group
 
    !> Phase of a complex amplitude in degrees; 0 if the amplitude is 0.
-   elemental function degrees(amplitude) result(phase)
+   elemental real(wp) function degrees(amplitude) result(phase)
       complex(wp), intent(in) :: amplitude
-      real(wp) :: phase
 
       phase = atan2(aimag(amplitude), real(amplitude, wp))*(180.0_wp/acos(-1.0_wp))
    end function degrees

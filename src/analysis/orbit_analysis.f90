@@ -96,9 +96,8 @@ contains
    end subroutine write_orbits
 
    !> Minimum impact speed of a periodic motion; NaN if it has no impact with restitution.
-   elemental function speed_of(point) result(speed)
+   elemental real(wp) function speed_of(point) result(speed)
       type(orbit_point_t), intent(in) :: point
-      real(wp) :: speed
 
       speed = ieee_value(1.0_wp, ieee_quiet_nan)
       if (point%min_speed < huge(1.0_wp)) speed = point%min_speed

@@ -230,11 +230,10 @@ contains
 
    !> Whether a parameter changes the maximum time step of a Newmark scheme, a start in a mode, or a start between
    !> several stops.
-   elemental function changes_start(parameter, single_contact) result(changes)
+   elemental logical function changes_start(parameter, single_contact) result(changes)
       type(parameter_t), intent(in) :: parameter
       !> Whether the run has a single contact (and all modes)
       logical, intent(in) :: single_contact
-      logical :: changes
 
       changes = parameter%changes_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
          ((parameter%group == 'stop' .or. parameter%group == 'body') .and. .not. single_contact)

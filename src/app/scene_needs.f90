@@ -192,9 +192,8 @@ contains
 
    !> Number of values that a run records at a Poincare section: instant, number of impacts, logarithm of the size of a
    !> variation, displacement and velocity of the tip (5 in all), of each contact and of each mode.
-   pure function numbers_of_section(scene) result(numbers)
+   pure integer function numbers_of_section(scene) result(numbers)
       type(scene_t), intent(in) :: scene
-      integer :: numbers
 
       numbers = 5 + 2*size(contacts_of(run_settings_of(scene)))
       if (.not. scene%poincare%records_modes) return
@@ -226,9 +225,8 @@ contains
    end subroutine add_sections
 
    !> Number of contacts with individual histories.
-   pure function contacts_recorded(scene) result(number)
+   pure integer function contacts_recorded(scene) result(number)
       type(scene_t), intent(in) :: scene
-      integer :: number
 
       type(run_settings_t) :: settings
 
@@ -238,11 +236,10 @@ contains
    end function contacts_recorded
 
    !> Number of elements of the finest mesh of a run.
-   pure function elements_of(scene, given) result(elements)
+   pure integer function elements_of(scene, given) result(elements)
       type(scene_t), intent(in) :: scene
       !> Number of elements that the scene gives
       integer, intent(in) :: given
-      integer :: elements
 
       elements = given
       if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%is_sought) elements = max_elements_found
@@ -251,9 +248,8 @@ contains
    end function elements_of
 
    !> Maximum number of elements that are split by stops, supports, masses and section stations.
-   pure function count_split_elements(scene) result(number)
+   pure integer function count_split_elements(scene) result(number)
       type(scene_t), intent(in) :: scene
-      integer :: number
 
       number = 0
       if (allocated(scene%more_stops)) number = size(scene%more_stops)

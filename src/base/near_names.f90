@@ -9,12 +9,11 @@ contains
    !> Index of the candidate nearest to `name`, the first of equally near ones; 0 if no candidate is near enough to be a
    !> typing error (one edit for every three letters, at least one). The comparison is sensitive to case; trailing
    !> blanks do not count.
-   pure function nearest_name(name, candidates) result(position)
+   pure integer function nearest_name(name, candidates) result(position)
       !> Name that the user wrote
       character(*), intent(in) :: name
       !> Known names, padded with blanks
       character(*), intent(in) :: candidates(:)
-      integer :: position
 
       ! A longer text is not compared: its table of distances would be large
       integer, parameter :: longest_name = 64
@@ -34,10 +33,9 @@ contains
 
    !> Minimum number of insertions, deletions, replacements and swaps of adjacent letters that turn one text into the
    !> other if no part is edited twice (the restricted Damerau-Levenshtein distance).
-   pure function edit_distance(from, to) result(distance)
+   pure integer function edit_distance(from, to) result(distance)
       character(*), intent(in) :: from
       character(*), intent(in) :: to
-      integer :: distance
 
       ! Distances between the first i letters of `from` and the first j of `to`
       integer :: table(0:len(from), 0:len(to))
@@ -56,10 +54,9 @@ contains
    end function edit_distance
 
    !> Whether two texts end with the same two letters in swapped order.
-   pure function is_swap(from, to) result(is)
+   pure logical function is_swap(from, to) result(is)
       character(*), intent(in) :: from
       character(*), intent(in) :: to
-      logical :: is
 
       integer :: i, j
 

@@ -7,10 +7,9 @@ module printable_text
 contains
 
    !> Number of bytes of the first character of a text; 0: the text begins with a control character or is not UTF-8.
-   pure function character_bytes(text) result(bytes)
+   pure integer function character_bytes(text) result(bytes)
       !> The text, not empty
       character(*), intent(in) :: text
-      integer :: bytes
 
       ! Range of the bytes after the first; the range of the second byte depends on the first
       integer, parameter :: min_code = 128, max_code = 191
@@ -58,9 +57,8 @@ contains
    end function character_bytes
 
    !> Number of characters; -1: some characters cannot be shown.
-   pure function character_count(text) result(count)
+   pure integer function character_count(text) result(count)
       character(*), intent(in) :: text
-      integer :: count
 
       integer :: i, bytes
 

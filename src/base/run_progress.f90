@@ -38,8 +38,7 @@ contains
    end subroutine report_progress
 
    !> Address of the progress, for code that is not written in Fortran.
-   function progress_address() result(address)
-      type(c_ptr) :: address
+   type(c_ptr) function progress_address() result(address)
 
       address = c_loc(progress)
    end function progress_address

@@ -216,10 +216,9 @@ contains
    end function section_breaks
 
    !> Number of Gauss points that integrates a polynomial of a given degree exactly.
-   pure function points_for_degree(degree) result(points)
+   pure integer function points_for_degree(degree) result(points)
       !> Degree of the integrand
       integer, intent(in) :: degree
-      integer :: points
 
       points = degree/2 + 1
    end function points_for_degree

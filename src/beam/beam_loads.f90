@@ -179,11 +179,10 @@ contains
    end function breakpoints_of
 
    !> Value of a curve at x.
-   pure function curve_value(curve, x) result(value)
+   pure real(wp) function curve_value(curve, x) result(value)
       type(piecewise_cubic_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
-      real(wp) :: value
 
       ! x clipped to the range of the points
       real(wp) :: xc
@@ -199,11 +198,10 @@ contains
    end function curve_value
 
    !> Slope of a curve at x.
-   pure function slope_on(curve, x) result(slope)
+   pure real(wp) function slope_on(curve, x) result(slope)
       type(piecewise_cubic_t), intent(in) :: curve
       !> x/L
       real(wp), intent(in) :: x
-      real(wp) :: slope
 
       real(wp) :: xi
       integer :: k
@@ -218,10 +216,9 @@ contains
    end function slope_on
 
    !> Number of the cubic segment of a curve that contains x, or of the nearest segment.
-   pure function segment_at(curve, x) result(segment)
+   pure integer function segment_at(curve, x) result(segment)
       type(piecewise_cubic_t), intent(in) :: curve
       real(wp), intent(in) :: x
-      integer :: segment
 
       segment = max(1, min(count(curve%position <= x), size(curve%position) - 1))
    end function segment_at
@@ -266,11 +263,10 @@ contains
 
    !> Weights of the bending moment at x, from the element that contains x; at a node from the element on the side of
    !> the root, at the root from the first element.
-   pure function moment_weights(model, x) result(weights)
+   pure type(moment_weights_t) function moment_weights(model, x) result(weights)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
       real(wp), intent(in) :: x
-      type(moment_weights_t) :: weights
 
       real(wp), allocatable :: breakpoint(:), point(:), weight(:)
       ! distance of x from the left end of the element
@@ -306,13 +302,12 @@ contains
    end function moment_weights
 
    !> Contribution of a unit force to the moment at x, to be added to the terms of `moment_weights_t`.
-   pure function moment_of_point_load(model, x, at) result(moment)
+   pure real(wp) function moment_of_point_load(model, x, at) result(moment)
       type(beam_model_t), intent(in) :: model
       !> Position x/L of the moment, 0 to 1
       real(wp), intent(in) :: x
       !> Position x/L of the force, 0 to 1
       real(wp), intent(in) :: at
-      real(wp) :: moment
 
       ! consistent load vector of the element under the unit force
       real(wp) :: load(4)
@@ -334,7 +329,7 @@ contains
    end function moment_of_point_load
 
    !> Contribution of a unit force per length to the moment at x, to be added to the terms of `moment_weights_t`.
-   pure function moment_of_line_load(model, x, from, to) result(moment)
+   pure real(wp) function moment_of_line_load(model, x, from, to) result(moment)
       type(beam_model_t), intent(in) :: model
       !> Position x/L of the moment, 0 to 1
       real(wp), intent(in) :: x
@@ -342,7 +337,6 @@ contains
       real(wp), intent(in) :: from
       !> End x/L of the loaded interval, not below the start
       real(wp), intent(in) :: to
-      real(wp) :: moment
 
       ! consistent load vector of the element under the unit force per length
       real(wp) :: load(4)
@@ -404,23 +398,21 @@ contains
    end function load_on_element
 
    !> Element that contains x; at a node the element on the side of the root.
-   pure function element_at(model, x) result(element)
+   pure integer function element_at(model, x) result(element)
       type(beam_model_t), intent(in) :: model
       !> x/L, 0 to 1
       real(wp), intent(in) :: x
-      integer :: element
 
       element = max(1, min(model%mesh%elements, count(model%mesh%position < x)))
    end function element_at
 
    !> Distance of x from the left end of an element, in L, at most the length of the element (a sum of lengths may
    !> exceed it by rounding); negative if x is left of the element.
-   pure function offset_in(model, element, x) result(s)
+   pure real(wp) function offset_in(model, element, x) result(s)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       !> x/L
       real(wp), intent(in) :: x
-      real(wp) :: s
 
       s = min(x - model%mesh%position(element - 1), model%mesh%length(element))
    end function offset_in

@@ -220,11 +220,10 @@ contains
    end subroutine place_nodes_at
 
    !> The node at a position within rounding; 0: there is none.
-   pure function node_at(mesh, x) result(node)
+   pure integer function node_at(mesh, x) result(node)
       type(mesh_t), intent(in) :: mesh
       !> Position x/L
       real(wp), intent(in) :: x
-      integer :: node
 
       node = minloc(abs(mesh%position(1:) - x), dim=1)
       if (abs(mesh%position(node) - x) > 4.0_wp*epsilon(1.0_wp)) node = 0

@@ -196,26 +196,23 @@ contains
    end function node_dofs
 
    !> Whether the root is pinned, so that the beam without its supports has a rigid-body rotation about the root.
-   pure function has_pinned_root(model) result(answer)
+   pure logical function has_pinned_root(model) result(answer)
       type(beam_model_t), intent(in) :: model
-      logical :: answer
 
       answer = model%root%is_pinned
    end function has_pinned_root
 
    !> Whether the beam with its supports has a rigid-body rotation about the root.
-   pure function is_mechanism(model) result(answer)
+   pure logical function is_mechanism(model) result(answer)
       type(beam_model_t), intent(in) :: model
-      logical :: answer
 
       answer = has_pinned_root(model) .and. size(model%supports) == 0
    end function is_mechanism
 
    !> The beam with its rigid supports constrained: each of their degrees of freedom becomes an oscillator of its own (1
    !> on both diagonals), which remains at rest if no force acts on it. An eigen-solver would find its eigenvalue 1.
-   pure function constrain_supports(model) result(constrained)
+   pure type(beam_model_t) function constrain_supports(model) result(constrained)
       type(beam_model_t), intent(in) :: model
-      type(beam_model_t) :: constrained
 
       integer :: i
 

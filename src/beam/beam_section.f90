@@ -67,19 +67,17 @@ module beam_section
 contains
 
    !> A uniform section with A = Abar, I = Ibar.
-   pure function uniform_section() result(section)
-      type(section_t) :: section
+   pure type(section_t) function uniform_section() result(section)
 
       section%kind = kind_uniform
    end function uniform_section
 
    !> A section of constant width whose height varies linearly from root to tip.
-   pure function tapered_section(height_root, height_tip) result(section)
+   pure type(section_t) function tapered_section(height_root, height_tip) result(section)
       !> Height at the root, any unit, > 0
       real(wp), intent(in) :: height_root
       !> Height at the tip, in the same unit, >= 0
       real(wp), intent(in) :: height_tip
-      type(section_t) :: section
 
       real(wp) :: mean
 
@@ -92,12 +90,11 @@ contains
    end function tapered_section
 
    !> A section of constant width whose height is given at stations and linear between them.
-   pure function height_table_section(station, height) result(section)
+   pure type(section_t) function height_table_section(station, height) result(section)
       !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
       !> Heights at the stations, any unit, [size(station)]
       real(wp), intent(in) :: height(:)
-      type(section_t) :: section
 
       section%kind = kind_height_table
       allocate (section%tip_distance, source=1.0_wp - station)
@@ -105,14 +102,13 @@ contains
    end function height_table_section
 
    !> A section whose area and second moment of area are given at stations and linear between them.
-   pure function section_table_section(station, areas, inertias) result(section)
+   pure type(section_t) function section_table_section(station, areas, inertias) result(section)
       !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
       !> Areas at the stations, any unit, [size(station)]
       real(wp), intent(in) :: areas(:)
       !> Second moments of area at the stations, any unit, [size(station)]
       real(wp), intent(in) :: inertias(:)
-      type(section_t) :: section
 
       section%kind = kind_section_table
       allocate (section%tip_distance, source=1.0_wp - station)
@@ -121,12 +117,11 @@ contains
    end function section_table_section
 
    !> A section of any shape, whose dimensions are uniform, linear between stations, stepped, or a cubic spline.
-   pure function shaped_section(settings, length) result(section)
+   pure type(section_t) function shaped_section(settings, length) result(section)
       !> Settings of the shape, with `first` and `second` at each station
       type(section_settings_t), intent(in) :: settings
       !> Length L in the unit of the stations
       real(wp), intent(in) :: length
-      type(section_t) :: section
 
       real(wp) :: mean_height
       integer :: count
@@ -166,11 +161,10 @@ contains
    !> c/I, with which a moment M causes the stress M c/I; c in hbar, I in Ibar. At a step of the section the result is
    !> the greater value of both sides. It is 0 if c is unknown, or if the section ends in a point, where the stress is 0
    !> if nothing acts on the point.
-   pure function fibre_over_inertia(section, tip_distance) result(ratio)
+   pure real(wp) function fibre_over_inertia(section, tip_distance) result(ratio)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
-      real(wp) :: ratio
 
       ! a position this close to a step, in L, is at the step
       real(wp), parameter :: rounding = 1.0e-12_wp
@@ -188,11 +182,10 @@ contains
 
    !> Distance c of the outer fibre from the neutral axis over hbar, for the stress M c/I; 0: unknown. The length hbar
    !> is sqrt(12 Ibar/Abar), for a rectangle the mean height.
-   pure function outer_fibre(section, tip_distance) result(fibre)
+   pure real(wp) function outer_fibre(section, tip_distance) result(fibre)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
-      real(wp) :: fibre
 
       select case (section%kind)
       case (kind_uniform)
@@ -244,7 +237,7 @@ contains
    end function heights_of_elements
 
    !> A dimension of a shape at a distance from the tip.
-   pure function profile_value(section, values, tip_distance, curvature) result(value)
+   pure real(wp) function profile_value(section, values, tip_distance, curvature) result(value)
       type(section_t), intent(in) :: section
       !> Values at the stations
       real(wp), intent(in) :: values(:)
@@ -252,7 +245,6 @@ contains
       real(wp), intent(in) :: tip_distance
       !> Second derivatives at the stations, for a cubic spline
       real(wp), intent(in), optional :: curvature(:)
-      real(wp) :: value
 
       real(wp) :: weight, width
       integer :: low
@@ -271,12 +263,11 @@ contains
    end function profile_value
 
    !> Mean over the length of a function that is linear between stations.
-   pure function table_mean(station, values) result(mean)
+   pure real(wp) function table_mean(station, values) result(mean)
       !> Positions x/L of the stations, ascending from 0 to 1
       real(wp), intent(in) :: station(:)
       !> Values at the stations
       real(wp), intent(in) :: values(:)
-      real(wp) :: mean
 
       associate (m => size(station))
          mean = sum(0.5_wp*(values(2:m) + values(:m - 1))*(station(2:m) - station(:m - 1))) &
@@ -285,27 +276,24 @@ contains
    end function table_mean
 
    !> Whether the section is uniform.
-   pure function section_is_uniform(section) result(uniform)
+   pure logical function section_is_uniform(section) result(uniform)
       type(section_t), intent(in) :: section
-      logical :: uniform
 
       uniform = section%kind == kind_uniform
    end function section_is_uniform
 
    !> Whether the height varies linearly over the whole length.
-   pure function section_is_taper(section) result(taper)
+   pure logical function section_is_taper(section) result(taper)
       type(section_t), intent(in) :: section
-      logical :: taper
 
       taper = section%kind == kind_taper
    end function section_is_taper
 
    !> A/Abar at a distance from the tip.
-   pure function area(section, tip_distance) result(value)
+   pure real(wp) function area(section, tip_distance) result(value)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
-      real(wp) :: value
 
       select case (section%kind)
       case (kind_taper)
@@ -324,11 +312,10 @@ contains
    end function area
 
    !> I/Ibar at a distance from the tip.
-   pure function inertia(section, tip_distance) result(value)
+   pure real(wp) function inertia(section, tip_distance) result(value)
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
-      real(wp) :: value
 
       if (section%kind == kind_section_table) then
          value = interpolate(section%tip_distance, section%inertia, tip_distance)
@@ -342,18 +329,16 @@ contains
    end function inertia
 
    !> Degree of the area as a polynomial between stations.
-   pure function area_degree(section) result(degree)
+   pure integer function area_degree(section) result(degree)
       type(section_t), intent(in) :: section
-      integer :: degree
 
       degree = merge(0, 1, section%kind == kind_uniform)
       if (section%kind == kind_shape) degree = merge(1, 2, section%shape == shape_general)*dimension_degree(section)
    end function area_degree
 
    !> Degree of the second moment of area as a polynomial between stations.
-   pure function inertia_degree(section) result(degree)
+   pure integer function inertia_degree(section) result(degree)
       type(section_t), intent(in) :: section
-      integer :: degree
 
       select case (section%kind)
       case (kind_uniform)
@@ -368,9 +353,8 @@ contains
    end function inertia_degree
 
    !> Degree of the dimensions of a shape between stations.
-   pure function dimension_degree(section) result(degree)
+   pure integer function dimension_degree(section) result(degree)
       type(section_t), intent(in) :: section
-      integer :: degree
 
       degree = 1
       if (section%profile == profile_stepped) degree = 0
@@ -378,14 +362,13 @@ contains
    end function dimension_degree
 
    !> Linear interpolation in a table over the distance to the tip.
-   pure function interpolate(tip_distances, values, tip_distance) result(value)
+   pure real(wp) function interpolate(tip_distances, values, tip_distance) result(value)
       !> Distances of the stations to the tip, descending
       real(wp), intent(in) :: tip_distances(:)
       !> Values at the stations
       real(wp), intent(in) :: values(:)
       !> Distance to the tip at which to interpolate
       real(wp), intent(in) :: tip_distance
-      real(wp) :: value
 
       integer :: low
       real(wp) :: weight
@@ -399,12 +382,11 @@ contains
 
    !> Index of the station at the root end of the interval between stations that contains a position. A position at a
    !> station belongs to the interval on the side of the root, a position beyond the ends to the first or last interval.
-   pure function station_before(tip_distances, tip_distance) result(low)
+   pure integer function station_before(tip_distances, tip_distance) result(low)
       !> Distances of the stations to the tip, descending
       real(wp), intent(in) :: tip_distances(:)
       !> Distance of the position to the tip
       real(wp), intent(in) :: tip_distance
-      integer :: low
 
       integer :: high, middle
 

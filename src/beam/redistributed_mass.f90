@@ -33,11 +33,10 @@ contains
    !> The continuation of the displacement at the stop. Between two elements it is the cubic through the displacements
    !> and slopes at their far ends; at the tip it is the cubic through the displacements of the two preceding nodes and
    !> the slopes of the last two nodes, or a parabola if the last but one element is missing or too short.
-   pure function continuation_at_stop(mesh, root_dofs) result(continuation)
+   pure type(continuation_t) function continuation_at_stop(mesh, root_dofs) result(continuation)
       type(mesh_t), intent(in) :: mesh
       !> Degrees of freedom of the root; 0: constrained
       integer, intent(in) :: root_dofs(2)
-      type(continuation_t) :: continuation
 
       real(wp) :: a_weight(2), b_weight(2), divisor
       integer :: node

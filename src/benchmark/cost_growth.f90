@@ -281,12 +281,11 @@ contains
 
    !> Exponent of a power law: least-squares slope of the logarithms of the second half of the points, but of at least
    !> three points if there are three; 0: fewer than two points are positive.
-   pure function fitted_exponent(abscissa, ordinate) result(exponent)
+   pure real(wp) function fitted_exponent(abscissa, ordinate) result(exponent)
       !> Abscissas of the points of the curve, > 0, [points]
       real(wp), intent(in) :: abscissa(:)
       !> Ordinates of the points, > 0, [points]
       real(wp), intent(in) :: ordinate(:)
-      real(wp) :: exponent
 
       integer, parameter :: min_points = 3
       real(wp), allocatable :: x(:), y(:)

@@ -42,13 +42,12 @@ contains
    !> Index of the fastest entry of a scheme whose error is within a bound; 0: there is none. An entry does not qualify
    !> if an entry of the same scheme with at least as many elements and at most the same step exceeds the bound, because
    !> its small error would be due to errors that happen to cancel.
-   pure function fastest_of(entries, scheme, bound) result(number)
+   pure integer function fastest_of(entries, scheme, bound) result(number)
       type(motion_entry_t), intent(in) :: entries(:)
       !> Any entry of the scheme
       type(motion_entry_t), intent(in) :: scheme
       !> Bound of the maximum difference of eta
       real(wp), intent(in) :: bound
-      integer :: number
 
       logical, dimension(size(entries)) :: is_of_scheme, exceeds_bound
       integer :: i
@@ -84,10 +83,9 @@ contains
    end function error_contributions
 
    !> Whether two entries belong to the same scheme.
-   elemental function is_same_scheme(one, other) result(answer)
+   elemental logical function is_same_scheme(one, other) result(answer)
       type(motion_entry_t), intent(in) :: one
       type(motion_entry_t), intent(in) :: other
-      logical :: answer
 
       answer = one%integrator == other%integrator .and. one%mass == other%mass
    end function is_same_scheme

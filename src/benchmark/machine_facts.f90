@@ -71,8 +71,7 @@ contains
    end function kind_of_build
 
    !> Maximum memory of the process since the last call of `reset_peak_memory`, in bytes; 0 if it is not known.
-   function peak_memory() result(bytes)
-      real(wp) :: bytes
+   real(wp) function peak_memory() result(bytes)
 
       character(:), allocatable :: value
       integer :: status, kilobytes

@@ -62,7 +62,7 @@ contains
 
    !> End of the comparison of two runs: the peak of the third rebound, or the end of the run if there are fewer
    !> rebounds, or loads or several contacts; rounded down to an instant that all runs sample.
-   pure function horizon_of(settings, response, duration, grid) result(horizon)
+   pure real(wp) function horizon_of(settings, response, duration, grid) result(horizon)
       !> Settings of the run
       type(run_settings_t), intent(in) :: settings
       !> Run with measures
@@ -71,7 +71,6 @@ contains
       real(wp), intent(in) :: duration
       !> Interval of the instants that all runs sample, tau
       real(wp), intent(in) :: grid
-      real(wp) :: horizon
 
       integer, parameter :: third = 3
 
@@ -83,9 +82,8 @@ contains
    end function horizon_of
 
    !> Whether the run begins with the release of the beam from its only stop, below the beam, and has no loads.
-   pure function is_released_from_one_stop(settings) result(answer)
+   pure logical function is_released_from_one_stop(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = settings%start%kind == start_release .and. settings%stop%side == side_below .and. &
          .not. (allocated(settings%more_stops) .or. allocated(settings%forces) .or. allocated(settings%bases))
@@ -130,10 +128,9 @@ contains
    end subroutine results_of
 
    !> Energy to which errors of energies refer: the initial energy, or the maximum energy of a run that starts at rest.
-   pure function energy_unit(response) result(unit)
+   pure real(wp) function energy_unit(response) result(unit)
       !> Run with energies
       type(response_t), intent(in) :: response
-      real(wp) :: unit
 
       unit = response%initial_energy
       associate (energy => response%energy)
@@ -147,7 +144,7 @@ contains
    !> of this equation over time gives the integral of f. Only y_c is integrated numerically over the samples, because
    !> the force itself decays within a fraction of a sample after each impact. The last stored shape must be the shape
    !> at the last sample.
-   pure function contact_impulse(response, balance, last, stride) result(impulse)
+   pure real(wp) function contact_impulse(response, balance, last, stride) result(impulse)
       !> Run with the shapes at the start and at the last sample
       type(response_t), intent(in) :: response
       type(impulse_balance_t), intent(in) :: balance
@@ -155,7 +152,6 @@ contains
       integer, intent(in) :: last
       !> Stride of the samples that are used
       integer, intent(in) :: stride
-      real(wp) :: impulse
 
       ! integral of y_c = eta + delta over time
       real(wp) :: eta_integral
@@ -216,11 +212,10 @@ contains
    end subroutine make_balance
 
    !> Difference of two runs that are sampled at the same instants.
-   pure function difference_of(results, reference) result(errors)
+   pure type(motion_errors_t) function difference_of(results, reference) result(errors)
       !> Compared quantities of the runs
       type(run_results_t), intent(in) :: results
       type(run_results_t), intent(in) :: reference
-      type(motion_errors_t) :: errors
 
       integer :: samples
 

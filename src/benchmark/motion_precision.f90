@@ -86,9 +86,8 @@ contains
    end subroutine compare_motion
 
    !> Interval of the instants that all runs sample, tau.
-   pure function grid_of(scene) result(grid)
+   pure real(wp) function grid_of(scene) result(grid)
       type(scene_t), intent(in) :: scene
-      real(wp) :: grid
 
       grid = max(comparison_step, maxval(scene%precision%steps))
    end function grid_of

@@ -116,9 +116,8 @@ contains
    end subroutine run
 
    !> Settings of the scene's run, with the response settings and the output of the task.
-   pure function run_of_task(self) result(settings)
+   pure type(run_settings_t) function run_of_task(self) result(settings)
       type(task_t), intent(in) :: self
-      type(run_settings_t) :: settings
 
       settings = run_settings_of(self%scene)
       settings%response = self%settings
@@ -128,14 +127,13 @@ contains
    !> Settings of a run by one of the compared methods. The contact and release tolerances of Newmark's method are those
    !> of the paper at the paper's step of 0.01 and are proportional to the square of the step, as the error of the
    !> method is.
-   pure function settings_for(integrator, precision, step) result(settings)
+   pure type(response_settings_t) function settings_for(integrator, precision, step) result(settings)
       !> Method, one of the `integrator_` constants
       integer, intent(in) :: integrator
       !> Settings of the study
       type(precision_settings_t), intent(in) :: precision
       !> Newmark's step, or the interval of the samples of exact motion, tau
       real(wp), intent(in) :: step
-      type(response_settings_t) :: settings
 
       real(wp), parameter :: paper_step = 0.01_wp
 
@@ -163,15 +161,13 @@ contains
    end function settings_for
 
    !> Output of events only.
-   pure function events_only() result(output)
-      type(output_settings_t) :: output
+   pure type(output_settings_t) function events_only() result(output)
 
       output%history = .false.
    end function events_only
 
    !> Output of the default histories and of the energy balance.
-   pure function histories_and_energy() result(output)
-      type(output_settings_t) :: output
+   pure type(output_settings_t) function histories_and_energy() result(output)
 
       output%energy = .true.
    end function histories_and_energy

@@ -134,9 +134,8 @@ contains
    end subroutine print_fastest
 
    !> Value of the setting that an entry varies.
-   pure function value_of(entry) result(value)
+   pure real(wp) function value_of(entry) result(value)
       type(motion_entry_t), intent(in) :: entry
-      real(wp) :: value
 
       select case (entry%varied)
       case (varied_hop)

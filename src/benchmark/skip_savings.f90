@@ -294,21 +294,19 @@ contains
    end subroutine time_both
 
    !> Maximum difference of the entries of two matrices, over the maximum entry of the second matrix, all in magnitude.
-   pure function relative_difference(a, b) result(difference)
+   pure real(wp) function relative_difference(a, b) result(difference)
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(in) :: b(:, :)
-      real(wp) :: difference
 
       difference = maxval(abs(a - b))/maxval(abs(b))
    end function relative_difference
 
    !> Maximum difference of instant, eta, impulse or velocities over all events of two runs; if the numbers of events
    !> differ, the difference of these numbers.
-   pure function difference_of_events(one, other) result(difference)
+   pure real(wp) function difference_of_events(one, other) result(difference)
       !> Compared runs
       type(response_t), intent(in) :: one
       type(response_t), intent(in) :: other
-      real(wp) :: difference
 
       difference = real(abs(one%event_count - other%event_count), wp)
       if (one%event_count /= other%event_count .or. one%event_count == 0) return

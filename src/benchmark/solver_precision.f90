@@ -84,13 +84,12 @@ contains
 
    !> Number of elements beyond which the error of the first frequency no longer decreases, because rounding errors
    !> dominate; 0: the error decreases up to the finest mesh.
-   pure function rounding_start(entries, solver, ratio) result(elements)
+   pure integer function rounding_start(entries, solver, ratio) result(elements)
       type(solver_entry_t), intent(in) :: entries(:)
       !> Name of the solver
       character(*), intent(in) :: solver
       !> Ratio of the lengths of neighbouring elements
       real(wp), intent(in) :: ratio
-      integer :: elements
 
       integer :: i, best
 
@@ -109,9 +108,8 @@ contains
    contains
 
       !> Whether an entry belongs to the solver and the ratio and has a known error.
-      pure function matches(entry) result(belongs)
+      pure logical function matches(entry) result(belongs)
          type(solver_entry_t), intent(in) :: entry
-         logical :: belongs
 
          belongs = entry%solver == solver .and. abs(entry%ratio - ratio) <= 0.0_wp .and. entry%first_error >= 0.0_wp
       end function matches

@@ -42,8 +42,7 @@ module timed_tasks
 contains
 
    !> Resolution of the clock, s.
-   function clock_resolution() result(seconds)
-      real(wp) :: seconds
+   real(wp) function clock_resolution() result(seconds)
 
       integer(i8) :: now, rate
 
@@ -123,12 +122,11 @@ contains
    end subroutine time_runs
 
    !> Quantile of sorted values, with linear interpolation.
-   pure function quantile(sorted, probability) result(value)
+   pure real(wp) function quantile(sorted, probability) result(value)
       !> Values in ascending order
       real(wp), intent(in) :: sorted(:)
       !> Probability of the quantile, 0 to 1
       real(wp), intent(in) :: probability
-      real(wp) :: value
 
       real(wp) :: position
       integer :: below

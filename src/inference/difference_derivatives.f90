@@ -59,7 +59,7 @@ module difference_derivatives
 contains
 
    !> Derivative of a function f at a point from its values at the point and at steps to both sides.
-   pure function differentiate(step, value, above, below) result(derivative)
+   pure type(derivative_t) function differentiate(step, value, above, below) result(derivative)
       !> First step h; each further step is half of the preceding one
       real(wp), intent(in) :: step
       !> f at the point
@@ -68,7 +68,6 @@ contains
       real(wp), intent(in) :: above(:)
       !> f at the point minus each step, [steps]; NaN: unknown
       real(wp), intent(in) :: below(:)
-      type(derivative_t) :: derivative
 
       real(wp) :: h(size(above)), central, central_error, nan, negligible
       integer :: k
@@ -123,25 +122,23 @@ contains
    end function one_sided
 
    !> Whether the error of an extrapolated value is relatively small, or negligible.
-   elemental function is_converged(value, error, negligible)
+   elemental logical function is_converged(value, error, negligible)
       !> NaN: unknown, and so not converged
       real(wp), intent(in) :: value
       real(wp), intent(in) :: error
       real(wp), intent(in) :: negligible
-      logical :: is_converged
 
       is_converged = .not. ieee_is_nan(value)
       if (is_converged) is_converged = error <= max(max_relative_error*abs(value), negligible)
    end function is_converged
 
    !> Whether two numbers agree within their errors, or their difference is negligible.
-   pure function agree(first, first_error, second, second_error, negligible)
+   pure logical function agree(first, first_error, second, second_error, negligible)
       real(wp), intent(in) :: first
       real(wp), intent(in) :: first_error
       real(wp), intent(in) :: second
       real(wp), intent(in) :: second_error
       real(wp), intent(in) :: negligible
-      logical :: agree
 
       agree = abs(first - second) <= error_multiple*(first_error + second_error) + &
          max(relative_tolerance*max(abs(first), abs(second)), negligible)

@@ -8,19 +8,17 @@ module distributions
 contains
 
    !> Probability that a number from the normal distribution with mean 0 and standard deviation 1 is less than x.
-   elemental function normal_probability(x) result(probability)
+   elemental real(wp) function normal_probability(x) result(probability)
       real(wp), intent(in) :: x
-      real(wp) :: probability
 
       probability = 0.5_wp*erfc(-x/sqrt(2.0_wp))
    end function normal_probability
 
    !> Quantile of the normal distribution with mean 0 and standard deviation 1, by Newton's method, with a bisection if
    !> a step leaves the interval that contains the quantile.
-   elemental function normal_quantile(probability) result(x)
+   elemental real(wp) function normal_quantile(probability) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability
-      real(wp) :: x
 
       ! the probability of a number below -38 is less than the smallest normalised real number
       real(wp), parameter :: max_deviations = 38.0_wp
@@ -49,14 +47,13 @@ contains
 
    !> Quantile of a normal distribution that is truncated at two limits. The minimum must be at most a few standard
    !> deviations above the mean: beyond, the difference of the probabilities of both limits has lost its digits.
-   elemental function quantile_within(probability, mean, deviation, minimum, maximum) result(x)
+   elemental real(wp) function quantile_within(probability, mean, deviation, minimum, maximum) result(x)
       !> 0 to 1, both excluded
       real(wp), intent(in) :: probability
       real(wp), intent(in) :: mean
       real(wp), intent(in) :: deviation
       real(wp), intent(in) :: minimum
       real(wp), intent(in) :: maximum
-      real(wp) :: x
 
       ! probabilities of a number below the minimum and below the maximum, without truncation
       real(wp) :: below_minimum, below_maximum

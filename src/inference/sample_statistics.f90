@@ -93,10 +93,9 @@ contains
    end subroutine find_sample_statistics
 
    !> Quantile of a sorted sample, interpolated linearly.
-   pure function quantile_of(sorted, probability) result(value)
+   pure real(wp) function quantile_of(sorted, probability) result(value)
       real(wp), intent(in) :: sorted(:)
       real(wp), intent(in) :: probability
-      real(wp) :: value
 
       real(wp) :: place
       integer :: k

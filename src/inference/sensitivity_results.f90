@@ -115,11 +115,10 @@ contains
    end function unit_of_pair
 
    !> Elasticity: relative change of a measure per relative change of a parameter.
-   elemental function elasticities(derivative, parameter, value) result(elasticity)
+   elemental real(wp) function elasticities(derivative, parameter, value) result(elasticity)
       type(derivative_t), intent(in) :: derivative
       real(wp), intent(in) :: parameter
       real(wp), intent(in) :: value
-      real(wp) :: elasticity
 
       elasticity = ieee_value(1.0_wp, ieee_quiet_nan)
       if (abs(value) > 0.0_wp) elasticity = derivative%value*parameter/value

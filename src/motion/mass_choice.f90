@@ -28,13 +28,12 @@ contains
    !> because with the consistent matrix the replacement changes the energy of the elements at the stop. Of several
    !> stops, only those at the tip matter. If one of these is compliant, the consistent matrix is chosen; otherwise the
    !> rule takes the highest of their coefficients of restitution.
-   pure function is_redistribution_more_accurate(section, mesh, tip_mass_ratio, settings) result(answer)
+   pure logical function is_redistribution_more_accurate(section, mesh, tip_mass_ratio, settings) result(answer)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> Tip mass over the mass of the uniform beam of mean height, mu
       real(wp), intent(in) :: tip_mass_ratio
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       ! limit of eps mu over the mass of the last element
       real(wp), parameter :: mass_fraction = 0.6_wp

@@ -142,12 +142,11 @@ contains
    end subroutine begin_copy_of_changes
 
    !> Number of groups of a name that must be listed: at least one, so that the names of the group are in the table.
-   pure function groups_to_list(table, group, in_scene) result(number)
+   pure integer function groups_to_list(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       !> Number of these groups in the scene
       integer, intent(in) :: in_scene
-      integer :: number
 
       if (table%only /= '') then
          number = in_scene
@@ -378,12 +377,11 @@ contains
    end subroutine advance
 
    !> Index of a group; 0: there is none.
-   pure function find_group(table, name, occurrence) result(place)
+   pure integer function find_group(table, name, occurrence) result(place)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: name
       !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
-      integer :: place
 
       integer :: wanted
 
@@ -395,12 +393,11 @@ contains
    end function find_group
 
    !> Index of an entry; 0: there is none.
-   pure function find(table, group, name) result(place)
+   pure integer function find(table, group, name) result(place)
       class(table_t), intent(in) :: table
       !> Index of the group
       integer, intent(in) :: group
       character(*), intent(in) :: name
-      integer :: place
 
       do place = table%groups(group)%first_entry, table%groups(group)%last_entry
          if (table%entries(place)%name%name == name) return
@@ -409,25 +406,23 @@ contains
    end function find
 
    !> Whether the file gives this name.
-   pure function has(table, group, name, occurrence)
+   pure logical function has(table, group, name, occurrence)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
-      logical :: has
 
       has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
    end function has
 
    !> Whether the file gives this name, or a quantity in units instead of it.
-   pure function has_either(table, group, name, occurrence) result(has)
+   pure logical function has_either(table, group, name, occurrence) result(has)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
-      logical :: has
 
       associate (opened => table%groups(table%find_group(group, occurrence)))
          associate (entries => table%entries(opened%first_entry:opened%last_entry))
@@ -437,23 +432,21 @@ contains
    end function has_either
 
    !> The value of a name that is a number, the index of a word, or 1 for .true.
-   pure function number(table, group, name, occurrence)
+   pure real(wp) function number(table, group, name, occurrence)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of one name; absent: the first
       integer, intent(in), optional :: occurrence
-      real(wp) :: number
 
       number = table%entries(table%find(table%find_group(group, occurrence), name))%value
    end function number
 
    !> Whether the condition of an entry is met, so that its name may be given.
-   pure function applies(table, place)
+   pure logical function applies(table, place)
       class(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      logical :: applies
 
       integer :: group, i
 
@@ -484,12 +477,11 @@ contains
    end function applies
 
    !> The range of a number.
-   pure function range_of(table, group, name) result(range)
+   pure type(range_t) function range_of(table, group, name) result(range)
       class(table_t), intent(in) :: table
       !> Group and name, which must be in the table
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      type(range_t) :: range
 
       range = table%entries(table%find(table%find_group(group), name))%name%range
    end function range_of

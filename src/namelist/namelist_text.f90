@@ -111,9 +111,8 @@ contains
    contains
 
       !> Upper bound of the number of groups or items: the number of & or = signs in the text, at most `max_parsed`.
-      function upper_bound(mark) result(bound)
+      integer function upper_bound(mark) result(bound)
          character, intent(in) :: mark
-         integer :: bound
 
          integer :: i
 
@@ -294,13 +293,12 @@ contains
    end subroutine add_value
 
    !> Index of the group of this name; 0: there is none.
-   pure function find_group(namelist, name, occurrence) result(position)
+   pure integer function find_group(namelist, name, occurrence) result(position)
       type(namelist_t), intent(in) :: namelist
       !> Name in lower case
       character(*), intent(in) :: name
       !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
-      integer :: position
 
       integer :: remaining
 
@@ -316,13 +314,12 @@ contains
    end function find_group
 
    !> Index of the first item of this name in a group; 0: there is none.
-   pure function find_item(namelist, group, name) result(position)
+   pure integer function find_item(namelist, group, name) result(position)
       type(namelist_t), intent(in) :: namelist
       !> Index of the group
       integer, intent(in) :: group
       !> Name in lower case
       character(*), intent(in) :: name
-      integer :: position
 
       do position = namelist%groups(group)%first_item, namelist%groups(group)%last_item
          associate (item => namelist%items(position))
@@ -334,7 +331,7 @@ contains
 
    !> Whether a part of a text equals a name, without regard to case. The lengths are compared first, which is fast for
    !> long texts.
-   pure function is_called(text, first, last, name) result(equal)
+   pure logical function is_called(text, first, last, name) result(equal)
       character(*), intent(in) :: text
       !> First character of the part
       integer, intent(in) :: first
@@ -342,7 +339,6 @@ contains
       integer, intent(in) :: last
       !> The name in lower case; trailing blanks are ignored
       character(*), intent(in) :: name
-      logical :: equal
 
       equal = last - first + 1 == len_trim(name)
       if (equal) equal = lower_case(text(first:last)) == name
@@ -415,11 +411,10 @@ contains
    end function item_text
 
    !> Number of values of an item; repeat counts are included.
-   pure function value_count(namelist, position) result(count)
+   pure integer(i8) function value_count(namelist, position) result(count)
       type(namelist_t), intent(in) :: namelist
       !> Index of the item
       integer, intent(in) :: position
-      integer(i8) :: count
 
       associate (item => namelist%items(position))
          count = sum(int(namelist%values(item%first_value:item%last_value)%repeat, i8))

@@ -218,11 +218,10 @@ contains
    end subroutine skip_blanks
 
    !> Whether the next token is an = sign.
-   pure function next_is_equals(text, next) result(answer)
+   pure logical function next_is_equals(text, next) result(answer)
       character(*), intent(in) :: text
       !> Position at which the search begins
       integer, intent(in) :: next
-      logical :: answer
 
       integer :: position, line
       logical :: starts_line
@@ -236,11 +235,10 @@ contains
    end function next_is_equals
 
    !> Position of the last character of the word that begins at `first`; first - 1: there is no word.
-   pure function word_last(text, first) result(last)
+   pure integer function word_last(text, first) result(last)
       character(*), intent(in) :: text
       !> First position of the word
       integer, intent(in) :: first
-      integer :: last
 
       integer :: length
 
@@ -249,9 +247,8 @@ contains
    end function word_last
 
    !> Whether a text is a name: a letter, then letters, digits and underscores.
-   pure function is_name(text) result(is_legal)
+   pure logical function is_name(text) result(is_legal)
       character(*), intent(in) :: text
-      logical :: is_legal
 
       is_legal = .false.
       if (len(text) == 0) return
@@ -299,10 +296,9 @@ contains
    end function lower_case
 
    !> Number of the line of a position in a text.
-   pure function line_of(text, position) result(line)
+   pure integer function line_of(text, position) result(line)
       character(*), intent(in) :: text
       integer, intent(in) :: position
-      integer :: line
 
       integer :: i
 

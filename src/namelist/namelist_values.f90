@@ -166,10 +166,9 @@ contains
    end function read_text
 
    !> Length of the sign at the beginning of a number: 0 or 1.
-   pure function sign_length(text) result(length)
+   pure integer function sign_length(text) result(length)
       !> Text of the number
       character(*), intent(in) :: text
-      integer :: length
 
       length = 0
       if (len(text) > 0) length = merge(1, 0, scan(text(1:1), '+-') == 1)

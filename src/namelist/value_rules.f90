@@ -53,20 +53,18 @@ module value_rules
 contains
 
    !> A range from two integers.
-   elemental function range_of_integers(minimum, maximum) result(range)
+   elemental type(range_t) function range_of_integers(minimum, maximum) result(range)
       integer, intent(in) :: minimum
       integer, intent(in) :: maximum
-      type(range_t) :: range
 
       range%minimum = real(minimum, wp)
       range%maximum = real(maximum, wp)
    end function range_of_integers
 
    !> Whether the number is in the range.
-   elemental function contains_value(range, value) result(is_inside)
+   elemental logical function contains_value(range, value) result(is_inside)
       type(range_t), intent(in) :: range
       real(wp), intent(in) :: value
-      logical :: is_inside
 
       is_inside = value >= range%minimum .and. value <= range%maximum
       if (range%excludes_minimum) is_inside = is_inside .and. value > range%minimum
@@ -127,10 +125,9 @@ contains
    end function one_of
 
    !> Whether a list of words, separated by blanks, contains a word.
-   pure function is_among(word, words)
+   pure logical function is_among(word, words)
       character(*), intent(in) :: word
       character(*), intent(in) :: words
-      logical :: is_among
 
       is_among = index(' '//trim(words)//' ', ' '//trim(word)//' ') > 0
    end function is_among

@@ -149,10 +149,9 @@ contains
    end subroutine print_mesh_errors
 
    !> Whether the measure has a discretisation error that is worth showing.
-   pure function is_shown(measure) result(answer)
+   pure logical function is_shown(measure) result(answer)
       !> Index in `measure_table`
       integer, intent(in) :: measure
-      logical :: answer
 
       answer = all(measure_table(measure)%name /= [character(24) :: 'status', 'mesh_elements', 'extremes_tolerance'])
    end function is_shown

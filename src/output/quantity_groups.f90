@@ -50,10 +50,9 @@ module quantity_groups
 contains
 
    !> Make a subgroup with the units of this group.
-   function subgroup(self, name) result(made)
+   type(quantity_group_t) function subgroup(self, name) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      type(quantity_group_t) :: made
 
       made%hdf5_group_t = self%group(name)
       made%units = self%units
@@ -63,11 +62,10 @@ contains
 
    !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless,
    !> or their scales differ, there is no attribute `in_scene_units`, because no single factor holds for all values.
-   function unscaled(self, scales_vary) result(same)
+   type(quantity_group_t) function unscaled(self, scales_vary) result(same)
       class(quantity_group_t), intent(in) :: self
       !> Whether the scenes differ in their scales, so that no factor converts all values; absent: they do not
       logical, intent(in), optional :: scales_vary
-      type(quantity_group_t) :: same
 
       same%hdf5_group_t = self%hdf5_group_t
       same%units = self%units
@@ -125,7 +123,7 @@ contains
    end function scales_named
 
    !> Make a list whose values are written later, in the unit of the list.
-   function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
+   type(hdf5_column_t) function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values
@@ -134,7 +132,6 @@ contains
       character(*), intent(in) :: meaning
       logical, intent(in) :: is_whole
       character(*), intent(in) :: along
-      type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
       real(wp) :: factor, scene_factor
@@ -146,7 +143,7 @@ contains
    end function put_column
 
    !> Make a table whose rows are written later, in the unit of the table.
-   function put_rows(self, name, extents, quantity, meaning, along) result(made)
+   type(hdf5_column_t) function put_rows(self, name, extents, quantity, meaning, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values in a row, and number of rows
@@ -155,7 +152,6 @@ contains
       character(*), intent(in) :: meaning
       !> Dimension scale of the rows
       character(*), intent(in) :: along
-      type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
       real(wp) :: factor, scene_factor

@@ -79,9 +79,8 @@ contains
    end subroutine choose_prefix
 
    !> Index of a unit in `symbols`; 0: the unit takes no prefix.
-   pure function symbol_named(text) result(number)
+   pure integer function symbol_named(text) result(number)
       character(*), intent(in) :: text
-      integer :: number
 
       ! findloc of gfortran 12 does not find any of the texts
       do number = size(symbols), 1, -1

@@ -120,9 +120,8 @@ contains
    end function kind_in_words
 
    !> Whether a results file may be written to the path: nothing has this path, or a results file of the program.
-   function is_writable(path) result(answer)
+   logical function is_writable(path) result(answer)
       character(*), intent(in) :: path
-      logical :: answer
 
       type(hdf5_source_t) :: file
 

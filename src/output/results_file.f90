@@ -136,9 +136,8 @@ contains
    end subroutine finish_results
 
    !> Estimated size of the file in bytes, so that its memory need not be reallocated.
-   pure function expected_size(response) result(bytes)
+   pure integer(c_size_t) function expected_size(response) result(bytes)
       type(response_t), intent(in), optional :: response
-      integer(c_size_t) :: bytes
 
       ! numbers stored for an event
       integer(c_size_t), parameter :: event_parts = 8_c_size_t

@@ -224,11 +224,10 @@ contains
 
    !> Whether it is printed that an event of &relay did not happen. Each measure of another group is printed only if it
    !> is defined.
-   pure function prints_absence(measures, measure)
+   pure logical function prints_absence(measures, measure)
       type(run_measures_t), intent(in) :: measures
       !> Index in `measure_table`
       integer, intent(in) :: measure
-      logical :: prints_absence
 
       prints_absence = .false.
       if (.not. allocated(measures%closing)) return
@@ -468,9 +467,8 @@ contains
    contains
 
       !> A statistic of all contacts together.
-      pure function value_of(name) result(value)
+      pure real(wp) function value_of(name) result(value)
          character(*), intent(in) :: name
-         real(wp) :: value
 
          value = statistics%value(measure_named(name) - first_statistic + 1, 0)
       end function value_of

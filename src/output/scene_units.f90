@@ -10,17 +10,15 @@ contains
 
    !> Units of the results: as the scene requests; without a request the units of the scene if it has a unit system,
    !> else no units (dimensionless results).
-   pure function units_in(scene) result(units)
+   pure type(units_t) function units_in(scene) result(units)
       type(scene_t), intent(in) :: scene
-      type(units_t) :: units
 
       units = units_of(scene%scales, scene%unit_system, are_physical(scene))
    end function units_in
 
    !> Whether the results of a scene are physical, that is, in its units; otherwise they are dimensionless.
-   pure function are_physical(scene) result(answer)
+   pure logical function are_physical(scene) result(answer)
       type(scene_t), intent(in) :: scene
-      logical :: answer
 
       answer = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
          .and. scene%unit_system > 0 .and. scene%unit_system /= system_none)

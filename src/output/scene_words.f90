@@ -294,9 +294,8 @@ contains
    end function elements_in_words
 
    !> Number of the stop from which the beam is released; 0: there is a single stop.
-   pure function stop_of_release(scene) result(number)
+   pure integer function stop_of_release(scene) result(number)
       type(scene_t), intent(in) :: scene
-      integer :: number
 
       number = 0
       if (allocated(scene%more_stops)) number = stop_released_from(all_stops(scene), scene%release_stop)

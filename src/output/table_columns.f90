@@ -157,11 +157,10 @@ contains
 
    !> Position at which a text is broken: after the last comma, colon or semicolon that fits, else at the last blank
    !> that fits, else at the first blank.
-   pure function end_of_line(words, width) result(last)
+   pure integer function end_of_line(words, width) result(last)
       character(*), intent(in) :: words
       !> Maximum number of characters in a line
       integer, intent(in) :: width
-      integer :: last
 
       integer :: i
       logical :: is_at_comma

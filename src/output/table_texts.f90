@@ -109,9 +109,8 @@ contains
    end subroutine write_json
 
    !> Number of values in a table.
-   pure function value_count(table) result(count)
+   pure integer(i8) function value_count(table) result(count)
       type(table_t), intent(in) :: table
-      integer(i8) :: count
 
       count = int(rows_of(table%columns(1)), i8)*size(table%columns, kind=i8)
    end function value_count

@@ -90,9 +90,8 @@ contains
    end subroutine judge_components
 
    !> Root mean square deviation of log10 of the peaks from their least-squares parabola in tau.
-   pure function scatter_of(outcome) result(scatter)
+   pure real(wp) function scatter_of(outcome) result(scatter)
       type(outcome_t), intent(in) :: outcome
-      real(wp) :: scatter
 
       integer, parameter :: terms = 3
       ! 1, tau, tau^2 at the peaks, made orthonormal

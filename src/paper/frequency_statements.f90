@@ -146,11 +146,10 @@ contains
    end subroutine relative_errors
 
    !> Number of values before the first that exceeds a limit in magnitude.
-   pure function count_within(values, limit) result(number_within)
+   pure integer function count_within(values, limit) result(number_within)
       real(wp), intent(in) :: values(:)
       !> Limit of the magnitude
       real(wp), intent(in) :: limit
-      integer :: number_within
 
       number_within = findloc(abs(values) <= limit, .false., dim=1) - 1
       if (number_within < 0) number_within = size(values)

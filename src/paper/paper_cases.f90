@@ -113,11 +113,10 @@ contains
    end subroutine model_of_case
 
    !> The stop of a case. A three-element stop has beta = 20 and c* = 0.3 as in the paper.
-   pure function stop_of_case(this, impulse) result(stop_settings)
+   pure type(stop_settings_t) function stop_of_case(this, impulse) result(stop_settings)
       type(paper_case_t), intent(in) :: this
       !> Kind of the impulse, one of the `impulse_` constants
       integer, intent(in) :: impulse
-      type(stop_settings_t) :: stop_settings
 
       stop_settings%position = this%position
       stop_settings%preload = this%preload

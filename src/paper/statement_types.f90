@@ -79,9 +79,8 @@ contains
    !> The verdict on a statement. Exact motion on the fine mesh decides. If the condition is not met on this mesh, the
    !> statement is attributed to the replacement of the nodal velocity only if the condition is met by both methods that
    !> replace this velocity on the mesh of the paper, and not by the paper's steps without this replacement.
-   pure function verdict_of(item) result(verdict)
+   pure integer function verdict_of(item) result(verdict)
       type(statement_t), intent(in) :: item
-      integer :: verdict
 
       associate (holds => item%holds)
          if (holds(fine)) then

@@ -175,9 +175,8 @@ contains
    end subroutine write_series
 
    !> The value, or NaN for `never`.
-   elemental function or_nan(value) result(number)
+   elemental real(wp) function or_nan(value) result(number)
       real(wp), intent(in) :: value
-      real(wp) :: number
 
       number = value
       if (.not. value < never) number = ieee_value(1.0_wp, ieee_quiet_nan)

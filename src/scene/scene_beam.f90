@@ -34,12 +34,11 @@ module scene_beam
 contains
 
    !> Use of a dimension or a material property of the beam as a parameter of sweeps and cases.
-   pure function dimension_of_sweep(order, name) result(sweep)
+   pure type(sweep_t) function dimension_of_sweep(order, name) result(sweep)
       !> Unique number of the parameter
       integer, intent(in) :: order
       !> Name in sweeps; absent: that in the group
       character(*), intent(in), optional :: name
-      type(sweep_t) :: sweep
 
       sweep = sweep_t(order, changes_beam=.true., changes_scales=.true., is_in_cases=.true.)
       if (present(name)) sweep%name = name
@@ -266,12 +265,11 @@ contains
    end subroutine mean_section
 
    !> Mean over the length of a function that is linear between stations.
-   pure function mean_of_table(station, column) result(mean)
+   pure real(wp) function mean_of_table(station, column) result(mean)
       !> Positions of the stations, ascending
       real(wp), intent(in) :: station(:)
       !> Values at the stations
       real(wp), intent(in) :: column(:)
-      real(wp) :: mean
 
       integer :: count
 

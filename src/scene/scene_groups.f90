@@ -431,11 +431,10 @@ contains
    end subroutine list_cases
 
    !> Whether &cases may vary the entry.
-   pure function is_in_cases(table, place)
+   pure logical function is_in_cases(table, place)
       class(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      logical :: is_in_cases
 
       type(sweep_t) :: sweep
 

@@ -269,14 +269,13 @@ contains
    end subroutine check_parameter
 
    !> Value of a parameter in the scene.
-   pure function value_of(scene, parameter, table, place) result(value)
+   pure real(wp) function value_of(scene, parameter, table, place) result(value)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameter
       !> Table of the names with their values, with the ratios of quantities that the scene gives in units
       type(table_t), intent(in) :: table
       !> Index of the entry of the parameter
       integer, intent(in) :: place
-      real(wp) :: value
 
       value = table%entries(place)%value
       if (table%entries(place)%is_list) value = table%entries(place)%list(1)

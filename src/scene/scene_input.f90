@@ -352,22 +352,20 @@ contains
    end subroutine report_items
 
    !> Whether the file has this group.
-   pure function has_group(input, group)
+   pure logical function has_group(input, group)
       class(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
-      logical :: has_group
 
       has_group = find_group(input%namelist, group) > 0
    end function has_group
 
    !> Whether the file has this name in this group.
-   pure function has(input, group, name, occurrence)
+   pure logical function has(input, group, name, occurrence)
       class(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
-      logical :: has
 
       integer :: place
 
@@ -377,13 +375,12 @@ contains
    end function has
 
    !> Whether a name was added to the names that the file gives.
-   pure function is_added(input, group, name, occurrence) result(answer)
+   pure logical function is_added(input, group, name, occurrence) result(answer)
       type(scene_input_t), intent(in) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
       !> Number of the group among several of this name; absent: the first
       integer, intent(in), optional :: occurrence
-      logical :: answer
 
       integer :: which
 
@@ -434,9 +431,8 @@ contains
    end subroutine complain
 
    !> Whether a problem has been reported.
-   pure function has_problem(input)
+   pure logical function has_problem(input)
       class(scene_input_t), intent(in) :: input
-      logical :: has_problem
 
       has_problem = allocated(input%problem)
    end function has_problem

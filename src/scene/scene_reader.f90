@@ -387,9 +387,8 @@ contains
    end subroutine try_corners
 
    !> Spacing over omega1 of the frequencies of a scene's spectrum; 0: the scene has none.
-   pure function spacing_of_spectrum(scene) result(spacing)
+   pure real(wp) function spacing_of_spectrum(scene) result(spacing)
       type(scene_t), intent(in) :: scene
-      real(wp) :: spacing
 
       spacing = 0.0_wp
       if (scene%wants_spectrum) spacing = scene%spectrum%frequency_spacing(min(scene%spectrum%end, &

@@ -229,9 +229,8 @@ contains
 
    !> Phase of the first Poincare section as a fraction of the period, above 0 and at most 1, because there is no
    !> section at tau = 0.
-   pure function first_section_phase(poincare) result(fraction)
+   pure real(wp) function first_section_phase(poincare) result(fraction)
       type(poincare_settings_t), intent(in) :: poincare
-      real(wp) :: fraction
 
       fraction = modulo(poincare%phase, 1.0_wp)
       if (fraction <= 0.0_wp) fraction = 1.0_wp
@@ -282,9 +281,8 @@ contains
 
    !> Whether a &base has gravity and no motion. A &base without gravity is a load even with the amplitude 0, from which
    !> a sweep of the amplitude may begin.
-   elemental function has_gravity_alone(base) result(answer)
+   elemental logical function has_gravity_alone(base) result(answer)
       type(base_group_t), intent(in) :: base
-      logical :: answer
 
       answer = base%gravity_ratio > 0.0_wp .and. .not. abs(base%course%amplitude) > 0.0_wp
    end function has_gravity_alone
@@ -368,11 +366,10 @@ contains
    end subroutine resolve_orbit
 
    !> Whether the amplitude of a harmonic load is zero. The numbers of loads count &force before &base.
-   pure function is_zero_load(scene, load) result(answer)
+   pure logical function is_zero_load(scene, load) result(answer)
       type(scene_t), intent(in) :: scene
       !> Number of the load
       integer, intent(in) :: load
-      logical :: answer
 
       real(wp), allocatable :: amplitude(:)
 

@@ -173,9 +173,8 @@ contains
 
    !> Whether the name of a scene file, without extension, can be the name of its results. Names are not altered,
    !> because two different names could become equal.
-   pure function can_name_a_file(name) result(answer)
+   pure logical function can_name_a_file(name) result(answer)
       character(*), intent(in) :: name
-      logical :: answer
 
       answer = len(name) >= 1 .and. len(name) <= max_stem_length
       if (answer) answer = scan(name(1:1), '.- ') == 0 .and. len_trim(name) == len(name) .and. character_count(name) > 0

@@ -149,10 +149,9 @@ contains
    end subroutine exclude
 
    !> Whether a demand is met, or the file has not the group or name that makes the demand.
-   pure function is_met(table, demand)
+   pure logical function is_met(table, demand)
       type(table_t), intent(in) :: table
       type(demand_t), intent(in) :: demand
-      logical :: is_met
 
       integer :: group, i, place
 

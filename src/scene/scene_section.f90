@@ -332,12 +332,11 @@ contains
 
       !> Value of the spline at a fraction of interval i, from values and second derivatives at the ends of the
       !> interval.
-      pure function value_of(values, curvatures) result(value)
+      pure real(wp) function value_of(values, curvatures) result(value)
          !> Values of the dimension at the stations
          real(wp), intent(in) :: values(:)
          !> Second derivatives of the dimension at the stations
          real(wp), intent(in) :: curvatures(:)
-         real(wp) :: value
 
          associate (left_weight => 1.0_wp - fraction, right_weight => fraction)
             value = left_weight*values(i) + right_weight*values(i + 1) + ((left_weight**3 - left_weight)*curvatures(i) &

@@ -286,10 +286,9 @@ contains
    end subroutine check_duration
 
    !> Index of the entry of a parameter in its own group.
-   pure function entry_of_parameter(table, parameter) result(place)
+   pure integer function entry_of_parameter(table, parameter) result(place)
       type(table_t), intent(in) :: table
       type(parameter_t), intent(in) :: parameter
-      integer :: place
 
       place = table%find(table%find_group(trim(parameter%group), parameter%occurrence), trim(parameter%name_in_group))
    end function entry_of_parameter

@@ -53,9 +53,8 @@ contains
    end subroutine warn_of_scene
 
    !> Whether the values of a scene are in units.
-   pure function has_units(scene) result(answer)
+   pure logical function has_units(scene) result(answer)
       type(scene_t), intent(in) :: scene
-      logical :: answer
 
       answer = scene%unit_system > 0 .and. scene%unit_system /= system_none
    end function has_units
@@ -250,10 +249,9 @@ contains
    end subroutine add_warning
 
    !> Whether two stops have the same position, side and law.
-   pure function are_identical(first, second) result(answer)
+   pure logical function are_identical(first, second) result(answer)
       type(stop_settings_t), intent(in) :: first
       type(stop_settings_t), intent(in) :: second
-      logical :: answer
 
       answer = first%side == second%side .and. first%law == second%law .and. first%impulse == second%impulse .and. &
          all(abs(numbers(first) - numbers(second)) <= 0.0_wp)

@@ -46,11 +46,10 @@ contains
    end subroutine find_parameters
 
    !> Use of an entry as a parameter; an entry in units is used in the same way as the ratio that it replaces.
-   pure function sweep_of(table, place) result(sweep)
+   pure type(sweep_t) function sweep_of(table, place) result(sweep)
       class(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      type(sweep_t) :: sweep
 
       ! offset between the number of a ratio and that of the same parameter in units, so that each has its own sequence
       ! of random numbers; the second entry in units for one ratio has twice this offset
@@ -73,11 +72,10 @@ contains
    end function sweep_of
 
    !> Description of an entry as a parameter of a sweep.
-   pure function parameter_of(table, place) result(parameter)
+   pure type(parameter_t) function parameter_of(table, place) result(parameter)
       class(table_t), intent(in) :: table
       !> Index of the entry
       integer, intent(in) :: place
-      type(parameter_t) :: parameter
 
       type(sweep_t) :: sweep
 
@@ -151,13 +149,12 @@ contains
 
    !> Index of the parameter whose name is the value of an entry, such as `parameter` of &cases; 0: the entry has no
    !> value.
-   pure function chosen_parameter(table, group, name) result(place)
+   pure integer function chosen_parameter(table, group, name) result(place)
       class(table_t), intent(in) :: table
       !> Index of the group of this entry
       integer, intent(in) :: group
       !> Name of this entry
       character(*), intent(in) :: name
-      integer :: place
 
       type(parameter_t) :: candidate
       integer, allocatable :: places(:)

@@ -37,9 +37,8 @@ contains
    end function entries_in_units
 
    !> Whether the ratio of an entry in units depends on the unit of displacement D.
-   elemental function needs_displacement(entry) result(needs)
+   elemental logical function needs_displacement(entry) result(needs)
       type(entry_t), intent(in) :: entry
-      logical :: needs
 
       needs = entry%name%quantity /= ''
       if (needs) needs = is_of_displacement(quantity_named(entry%name%quantity))

@@ -10,12 +10,11 @@ module load_periods
 contains
 
    !> The period of one harmonic load, or the smallest common period of all, in tau; 0: there is none.
-   pure function period_of(frequencies, which) result(period)
+   pure real(wp) function period_of(frequencies, which) result(period)
       !> Frequencies of all harmonic loads, over omega1
       real(wp), intent(in) :: frequencies(:)
       !> Number of the load; 0: the common period of all loads
       integer, intent(in) :: which
-      real(wp) :: period
 
       ! maximum number of periods of the slowest load in a common period
       integer, parameter :: max_cycles = 64
@@ -44,9 +43,8 @@ contains
    end function period_of
 
    !> Whether a load is harmonic or constant from tau = 0 without end.
-   elemental function is_steady(course) result(answer)
+   elemental logical function is_steady(course) result(answer)
       type(time_course_t), intent(in) :: course
-      logical :: answer
 
       answer = any(course%kind == [course_harmonic, course_step]) .and. course%start <= 0.0_wp &
          .and. course%end >= huge(1.0_wp)
@@ -54,11 +52,10 @@ contains
 
    !> The last instant before the end of a run at which a load begins, reaches its given `end`, or, if it is a table, is
    !> greatest in magnitude; 0: there is none. The end of a pulse and the last point of a table do not count.
-   pure function last_change(courses, end) result(tau)
+   pure real(wp) function last_change(courses, end) result(tau)
       type(time_course_t), intent(in) :: courses(:)
       !> End of the run, tau
       real(wp), intent(in) :: end
-      real(wp) :: tau
 
       real(wp) :: instants(3)
       integer :: k
@@ -75,11 +72,10 @@ contains
 
    !> Whether a harmonic load or a table lasts to the end of a run, so that the motion does not settle. A pulse does not
    !> count.
-   pure function varies_to(course, end) result(answer)
+   pure logical function varies_to(course, end) result(answer)
       type(time_course_t), intent(in) :: course
       !> End of the run, tau
       real(wp), intent(in) :: end
-      logical :: answer
 
       ! a table that ends within this last fraction of the run counts as lasting to the end of the run, because the
       ! instant of its last point may be rounded

@@ -136,9 +136,8 @@ module load_settings
 contains
 
    !> Whether the initial displacements or velocities have the shape of a mode of the beam.
-   pure function is_in_mode(start) result(answer)
+   pure logical function is_in_mode(start) result(answer)
       type(start_settings_t), intent(in) :: start
-      logical :: answer
 
       answer = start%kind == start_mode .or. (start%kind == start_velocity .and. start%field == field_mode)
    end function is_in_mode

@@ -293,14 +293,13 @@ contains
    end function measure_named
 
    !> Index in `measured_groups` of the stop or body to which a contact belongs; 0: it has no measures of its own.
-   elemental function owner_of(stop, body, is_of_base) result(owner)
+   elemental integer function owner_of(stop, body, is_of_base) result(owner)
       !> Number of the stop
       integer, intent(in) :: stop
       !> Number of the body; 0: the contact belongs to a stop
       integer, intent(in) :: body
       !> Whether the contact is that of the body with its floor or ceiling
       logical, intent(in) :: is_of_base
-      integer :: owner
 
       owner = 0
       if (body == 0 .and. stop <= measured_stops) owner = stop

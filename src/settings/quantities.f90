@@ -122,13 +122,12 @@ contains
    end function quantity_named
 
    !> The units of the results of a scene.
-   pure function units_of(scales, system, are_physical) result(units)
+   pure type(units_t) function units_of(scales, system, are_physical) result(units)
       type(scales_t), intent(in) :: scales
       !> Index in `system_names`; 0: not given
       integer, intent(in) :: system
       !> Whether results are in the units of the scene, otherwise dimensionless
       logical, intent(in) :: are_physical
-      type(units_t) :: units
 
       integer :: i
 
@@ -139,12 +138,11 @@ contains
    end function units_of
 
    !> The dimensionless value of a quantity that is given in the units of the scene.
-   elemental function ratio_of(quantity, value, scales) result(ratio)
+   elemental real(wp) function ratio_of(quantity, value, scales) result(ratio)
       !> Index of the quantity in the table
       integer, intent(in) :: quantity
       real(wp), intent(in) :: value
       type(scales_t), intent(in) :: scales
-      real(wp) :: ratio
 
       associate (entry => quantity_table(quantity))
          ratio = value*denominator(entry, scales)/numerator(entry, scales)
@@ -152,10 +150,9 @@ contains
    end function ratio_of
 
    !> Whether the dimensionless value of a quantity depends on the unit of displacement D.
-   pure function is_of_displacement(quantity) result(answer)
+   pure logical function is_of_displacement(quantity) result(answer)
       !> Index of the quantity in the table
       integer, intent(in) :: quantity
-      logical :: answer
 
       integer, parameter :: scales_of_displacement(6) = [displacement, velocity, slope, force, load, moment]
 
@@ -164,31 +161,28 @@ contains
    end function is_of_displacement
 
    !> Numerator of one dimensionless unit: the scales with positive powers.
-   pure function numerator(entry, scales) result(product)
+   pure real(wp) function numerator(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
-      real(wp) :: product
 
       product = scale_of(entry%first, scales)**max(entry%power, 0) &
          *scale_of(entry%second, scales)**max(entry%second_power, 0)*scale_of(entry%third, scales)
    end function numerator
 
    !> Denominator of one dimensionless unit: the constant times the scales with negative powers.
-   pure function denominator(entry, scales) result(product)
+   pure real(wp) function denominator(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
-      real(wp) :: product
 
       product = entry%constant*scale_of(entry%first, scales)**max(-entry%power, 0) &
          *scale_of(entry%second, scales)**max(-entry%second_power, 0)
    end function denominator
 
    !> Value of a scale in the units of the scene; 0: not known.
-   pure function scale_of(which, scales) result(scale)
+   pure real(wp) function scale_of(which, scales) result(scale)
       !> One of the constants of scales, `none` to `moment`
       integer, intent(in) :: which
       type(scales_t), intent(in) :: scales
-      real(wp) :: scale
 
       select case (which)
       case (length)
@@ -221,9 +215,8 @@ contains
    end function scale_of
 
    !> Scale of the contact force Pbar.
-   pure function scale_of_force(scales) result(scale)
+   pure real(wp) function scale_of_force(scales) result(scale)
       type(scales_t), intent(in) :: scales
-      real(wp) :: scale
 
       scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
    end function scale_of_force

@@ -315,29 +315,26 @@ contains
 
    !> Number of samples after the start: whole steps within the duration, with an allowance for rounding of the
    !> quotient.
-   pure function count_samples(duration, step) result(samples)
+   pure integer function count_samples(duration, step) result(samples)
       !> Length of the run
       real(wp), intent(in) :: duration
       !> Interval between samples
       real(wp), intent(in) :: step
-      integer :: samples
 
       samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
    end function count_samples
 
    !> Whether the run is computed in modes of the beam: exact motion, and Newmark's method if the settings ask for
    !> modes.
-   pure function moves_in_modes(response) result(answer)
+   pure logical function moves_in_modes(response) result(answer)
       type(response_settings_t), intent(in) :: response
-      logical :: answer
 
       answer = response%method == method_exact .or. response%steps_in_modes .or. response%mode_count > 0
    end function moves_in_modes
 
    !> The end of a run, tau; with Newmark's method the run ends at the last sample.
-   pure function end_of_run(response) result(tau)
+   pure real(wp) function end_of_run(response) result(tau)
       type(response_settings_t), intent(in) :: response
-      real(wp) :: tau
 
       tau = response%duration
       if (response%method == method_newmark) tau = min(tau, real(count_samples(tau, response%step), wp)*response%step)
@@ -347,11 +344,10 @@ contains
    !> Among stops at one position, a stop below the beam precedes a stop above, which precedes one on both sides; then
    !> the largest preload decides, then the other settings. The order of the stops in the file has no effect, because
    !> stops with equal settings are interchangeable.
-   pure function stop_released_from(stops, chosen) result(number)
+   pure integer function stop_released_from(stops, chosen) result(number)
       type(stop_settings_t), intent(in) :: stops(:)
       !> Number that the scene chooses; 0: none
       integer, intent(in) :: chosen
-      integer :: number
 
       real(wp) :: best_keys(9), candidate_keys(9)
       integer :: i, key

@@ -415,20 +415,18 @@ contains
    end function all_stops
 
    !> Whether the scene has stops, all of them rigid.
-   pure function has_rigid_stops(scene) result(answer)
+   pure logical function has_rigid_stops(scene) result(answer)
       class(scene_t), intent(in) :: scene
-      logical :: answer
 
       answer = scene%has_stop .and. scene%stop%law == law_restitution
       if (answer .and. allocated(scene%more_stops)) answer = all(scene%more_stops%law == law_restitution)
    end function has_rigid_stops
 
    !> Whether the scene has the groups that a measure or an analysis requires.
-   elemental function has_group(scene, group) result(has)
+   elemental logical function has_group(scene, group) result(has)
       class(scene_t), intent(in) :: scene
       !> Component `group` of a measure, or name of a group; the result is true if it is empty or not listed here
       character(*), intent(in) :: group
-      logical :: has
 
       select case (group)
       case ('stress')
@@ -460,11 +458,10 @@ contains
 
    !> Whether the scene has a stop, body, floor or ceiling besides others, so that its statistics differ from those of
    !> all.
-   pure function has_own_statistics(scene, group) result(has)
+   pure logical function has_own_statistics(scene, group) result(has)
       class(scene_t), intent(in) :: scene
       !> One of `measured_groups`
       character(*), intent(in) :: group
-      logical :: has
 
       character(*), parameter :: floor_names(4) = [character(13) :: 'floor', 'floor_ratio', 'ceiling', 'ceiling_ratio']
       ! whether each body has a floor or a ceiling, in some cases of a sweep at least

@@ -54,14 +54,13 @@ module section_shapes
 contains
 
    !> Area of a section.
-   elemental function area_of_shape(shape, first, second) result(area)
+   elemental real(wp) function area_of_shape(shape, first, second) result(area)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
       !> First dimension of the shape
       real(wp), intent(in) :: first
       !> Second dimension of the shape
       real(wp), intent(in) :: second
-      real(wp) :: area
 
       select case (shape)
       case (shape_rectangle)
@@ -76,14 +75,13 @@ contains
    end function area_of_shape
 
    !> Second moment of area of a section.
-   elemental function inertia_of_shape(shape, first, second) result(inertia)
+   elemental real(wp) function inertia_of_shape(shape, first, second) result(inertia)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
       !> First dimension of the shape
       real(wp), intent(in) :: first
       !> Second dimension of the shape
       real(wp), intent(in) :: second
-      real(wp) :: inertia
 
       select case (shape)
       case (shape_rectangle)
@@ -101,14 +99,13 @@ contains
    end function inertia_of_shape
 
    !> Distance of the outer fibre from the neutral axis; 0: not known.
-   elemental function outer_fibre_of_shape(shape, first, second) result(fibre)
+   elemental real(wp) function outer_fibre_of_shape(shape, first, second) result(fibre)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
       !> First dimension of the shape
       real(wp), intent(in) :: first
       !> Second dimension of the shape
       real(wp), intent(in) :: second
-      real(wp) :: fibre
 
       fibre = 0.5_wp*first
       if (shape == shape_rectangle) fibre = 0.5_wp*second
@@ -116,20 +113,18 @@ contains
    end function outer_fibre_of_shape
 
    !> Whether the section is constant along the beam, that is, each dimension has a single value.
-   pure function is_uniform(section) result(uniform)
+   pure logical function is_uniform(section) result(uniform)
       type(section_settings_t), intent(in) :: section
-      logical :: uniform
 
       uniform = size(section%first) == 1 .and. size(section%second) == 1
    end function is_uniform
 
    !> Mean of a dimension over the length of the beam, exact for each profile.
-   pure function mean_of_profile(section, length, values) result(mean)
+   pure real(wp) function mean_of_profile(section, length, values) result(mean)
       type(section_settings_t), intent(in) :: section
       real(wp), intent(in) :: length
       !> Values of the dimension at the stations, or one value
       real(wp), intent(in) :: values(:)
-      real(wp) :: mean
 
       ! distances between neighbouring stations
       real(wp), allocatable :: spacing(:)

@@ -107,11 +107,10 @@ module spectrum_settings
 contains
 
    !> Number of frequencies of a spectrum: the number in the scene, or the number that follows from their spacing.
-   pure function frequency_count(settings, length) result(number)
+   pure real(wp) function frequency_count(settings, length) result(number)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
-      real(wp) :: number
 
       number = real(settings%points, wp)
       if (settings%points == 0) number = aint((settings%range(2) - &
@@ -120,11 +119,10 @@ contains
    end function frequency_count
 
    !> Spacing of the frequencies over omega1: by default half the resolution of a segment, 2 pi over its length.
-   pure function frequency_spacing(settings, length) result(spacing)
+   pure real(wp) function frequency_spacing(settings, length) result(spacing)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
-      real(wp) :: spacing
 
       if (settings%points > 1) then
          spacing = (settings%range(2) - settings%range(1))/real(settings%points - 1, wp)
@@ -136,11 +134,10 @@ contains
    end function frequency_spacing
 
    !> Length of a segment, tau; segments of Hann windows overlap by half.
-   pure function segment_length(settings, length) result(segment)
+   pure real(wp) function segment_length(settings, length) result(segment)
       class(spectrum_settings_t), intent(in) :: settings
       !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
-      real(wp) :: segment
 
       segment = length/real(settings%segments, wp)
       if (settings%window == window_hann) segment = 2.0_wp*length/real(settings%segments + 1, wp)

@@ -13,12 +13,11 @@ module stop_pairs
 contains
 
    !> Whether two positions are equal within rounding.
-   elemental function are_at_one_point(one, other) result(answer)
+   elemental logical function are_at_one_point(one, other) result(answer)
       !> Position x / L of one contact
       real(wp), intent(in) :: one
       !> Position x / L of the other contact
       real(wp), intent(in) :: other
-      logical :: answer
 
       answer = abs(one - other) <= 4.0_wp*epsilon(1.0_wp)
    end function are_at_one_point

@@ -120,10 +120,9 @@ contains
    end function varies_scales
 
    !> Index of a parameter in a sweep; 0: no parameter has this name.
-   pure function parameter_index(name, swept) result(place)
+   pure integer function parameter_index(name, swept) result(place)
       character(*), intent(in) :: name
       type(swept_t), intent(in) :: swept(:)
-      integer :: place
 
       do place = size(swept), 1, -1
          if (swept(place)%parameter%name == name) exit
@@ -131,19 +130,17 @@ contains
    end function parameter_index
 
    !> Whether a sweep varies this parameter.
-   elemental function is_swept(swept) result(answer)
+   elemental logical function is_swept(swept) result(answer)
       type(swept_t), intent(in) :: swept
-      logical :: answer
 
       answer = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
 
    !> Whether a parameter is tied to another parameter that precedes it in the sweep.
-   pure function is_follower(sweep, place) result(answer)
+   pure logical function is_follower(sweep, place) result(answer)
       type(sweep_settings_t), intent(in) :: sweep
       !> Index of the parameter
       integer, intent(in) :: place
-      logical :: answer
 
       answer = .false.
       if (allocated(sweep%tied)) answer = any(sweep%tied == place) .and. place > minval(sweep%tied)
@@ -151,11 +148,10 @@ contains
 
    !> Number of values of one parameter; the parameter `carry` has each value twice if the cases go forwards and
    !> backwards.
-   pure function value_count_of(sweep, place) result(values)
+   pure integer function value_count_of(sweep, place) result(values)
       type(sweep_settings_t), intent(in) :: sweep
       !> Index of the parameter
       integer, intent(in) :: place
-      integer :: values
 
       values = max(sweep%swept(place)%points, 1)
       if (allocated(sweep%swept(place)%list)) values = size(sweep%swept(place)%list)

@@ -170,11 +170,10 @@ contains
    end subroutine check
 
    !> Make a group in another group, of which `parent` is the identifier.
-   function make_group(self, parent, name) result(group)
+   integer(hid_t) function make_group(self, parent, name) result(group)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: parent
       character(*), intent(in) :: name
-      integer(hid_t) :: group
 
       integer :: status
 
@@ -185,7 +184,7 @@ contains
    end function make_group
 
    !> Make a dataset and leave it open. Its values are written unless the address is null.
-   function make_dataset(self, group, name, type_id, extent, address, is_scale) result(dataset)
+   integer(hid_t) function make_dataset(self, group, name, type_id, extent, address, is_scale) result(dataset)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: group
       character(*), intent(in) :: name
@@ -197,7 +196,6 @@ contains
       type(c_ptr), intent(in) :: address
       !> Whether the dataset is a dimension scale
       logical, intent(in), optional :: is_scale
-      integer(hid_t) :: dataset
 
       integer :: status
       integer(hid_t) :: space_id

@@ -228,12 +228,11 @@ contains
    end subroutine members_of
 
    !> Value of a numeric attribute of an object; 0 if the object does not have the attribute.
-   function number_attribute(self, name, of) result(value)
+   real(wp) function number_attribute(self, name, of) result(value)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Path of the object
       character(*), intent(in) :: of
-      real(wp) :: value
 
       integer(hid_t) :: attribute
       integer :: status

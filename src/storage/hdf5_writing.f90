@@ -111,11 +111,10 @@ contains
    end subroutine finish_on_disk
 
    !> Make a subgroup.
-   function group(self, name) result(made)
+   type(hdf5_group_t) function group(self, name) result(made)
       class(hdf5_group_t), intent(in) :: self
       !> Name of the subgroup
       character(*), intent(in) :: name
-      type(hdf5_group_t) :: made
 
       made%file => self%file
       made%id = self%file%make_group(self%id, name)
@@ -279,7 +278,7 @@ contains
    end subroutine view
 
    !> Make a table whose rows are written later.
-   function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)
+   type(hdf5_column_t) function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values in a row, and number of rows
@@ -289,7 +288,6 @@ contains
       !> Dimension scale of the rows
       character(*), intent(in) :: along
       real(wp), intent(in), optional :: in_scene_units
-      type(hdf5_column_t) :: made
 
       made%file => self%file
       made%width = extents(1)

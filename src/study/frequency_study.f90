@@ -89,9 +89,8 @@ contains
 
    !> Whether the beam is anything other than a uniform or tapered cantilever with a tip mass. Its exact frequencies
    !> then follow from combined uniform segments.
-   pure function is_piecewise(scene) result(answer)
+   pure logical function is_piecewise(scene) result(answer)
       type(scene_t), intent(in) :: scene
-      logical :: answer
 
       answer = scene%has_root_group .or. scene%has_masses .or. scene%has_supports
       if (scene%beam%shape == shape_section) answer = answer .or. .not. is_uniform(scene%beam%section)

@@ -327,19 +327,17 @@ contains
 
    !> The mesh if no mesh is within the tolerance: the coarsest mesh whose difference is at most twice the minimum
    !> difference.
-   pure function coarsest_near_minimum(difference) result(place)
+   pure integer function coarsest_near_minimum(difference) result(place)
       !> Difference of each mesh from the next finer mesh, > 0
       real(wp), intent(in) :: difference(:)
-      integer :: place
 
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
    end function coarsest_near_minimum
 
    !> Whether the run on a finer mesh would take seconds, because this run has evaluated more than `max_terms` terms of
    !> modes. Without damping, the number of impacts grows without limit as the mesh is refined.
-   pure function is_costly(trial) result(answer)
+   pure logical function is_costly(trial) result(answer)
       type(trial_t), intent(in) :: trial
-      logical :: answer
 
       real(wp), parameter :: max_terms = 1.0e7_wp
 
@@ -348,10 +346,9 @@ contains
 
    !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the equivalent of the eigenvalue
    !> problem.
-   pure function work_of(response, settings) result(work)
+   pure real(wp) function work_of(response, settings) result(work)
       type(response_t), intent(in) :: response
       type(run_settings_t), intent(in) :: settings
-      real(wp) :: work
 
       ! work of the eigenvalue problem of n modes, over n^3
       real(wp), parameter :: eigenvalue_work = 0.1_wp
@@ -364,13 +361,12 @@ contains
 
    !> Estimated minimum work of the run of a scene on the mesh of a trial: the work of the trial; for a driven run, in
    !> proportion to the duration.
-   pure function work_of_run(trial, settings, requested) result(work)
+   pure real(wp) function work_of_run(trial, settings, requested) result(work)
       type(trial_t), intent(in) :: trial
       !> Settings of the trial
       type(run_settings_t), intent(in) :: settings
       !> Settings of the run
       type(run_settings_t), intent(in) :: requested
-      real(wp) :: work
 
       work = work_of(trial%response, settings)
       if (is_driven(requested)) work = work*max(1.0_wp, requested%response%duration/settings%response%duration)
@@ -403,11 +399,10 @@ contains
    end subroutine run_trial
 
    !> Ratio of neighbouring element lengths of a mesh with a given grading.
-   elemental function ratio_of(grading, elements) result(ratio)
+   elemental real(wp) function ratio_of(grading, elements) result(ratio)
       !> Grading, the ratio of the longest to the shortest element
       real(wp), intent(in) :: grading
       integer, intent(in) :: elements
-      real(wp) :: ratio
 
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
@@ -447,10 +442,9 @@ contains
    end subroutine compare
 
    !> The settling time, or the horizon of the comparison if it is earlier.
-   pure function settling_or_horizon(measures, horizon) result(tau)
+   pure real(wp) function settling_or_horizon(measures, horizon) result(tau)
       type(run_measures_t), intent(in) :: measures
       real(wp), intent(in) :: horizon
-      real(wp) :: tau
 
       tau = horizon
       if (measures%has_settled) tau = min(measures%settling_tau, horizon)

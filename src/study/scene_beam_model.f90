@@ -29,9 +29,8 @@ module scene_beam_model
 contains
 
    !> The section of the beam of a scene.
-   pure function section_of(settings) result(section)
+   pure type(section_t) function section_of(settings) result(section)
       type(beam_settings_t), intent(in) :: settings
-      type(section_t) :: section
 
       select case (settings%shape)
       case (shape_section)
@@ -47,9 +46,8 @@ contains
 
    !> Period of the loads of a run that is driven throughout, tau: the common period of its harmonic loads, or that of
    !> the slowest load if the loads have no common period. 0: the run is not driven.
-   pure function load_period_of(scene) result(period)
+   pure real(wp) function load_period_of(scene) result(period)
       type(scene_t), intent(in) :: scene
-      real(wp) :: period
 
       real(wp), allocatable :: frequencies(:)
 
@@ -61,9 +59,8 @@ contains
    end function load_period_of
 
    !> Whether a load or a motion of the base still varies at the end of the run, so that the motion does not settle.
-   pure function varies_at_end(scene) result(answer)
+   pure logical function varies_at_end(scene) result(answer)
       type(scene_t), intent(in) :: scene
-      logical :: answer
 
       integer :: k
 
@@ -99,10 +96,9 @@ contains
    end subroutine model_of
 
    !> Whether the mass of the node at the stop is redistributed to its neighbours in the runs of a scene.
-   pure function redistributes(scene, mesh) result(answer)
+   pure logical function redistributes(scene, mesh) result(answer)
       type(scene_t), intent(in) :: scene
       type(mesh_t), intent(in) :: mesh
-      logical :: answer
 
       type(point_mass_t), allocatable :: masses(:)
       real(wp) :: tip_mass
@@ -214,9 +210,8 @@ contains
    end function supports_of
 
    !> The boundary conditions at the root (the end x = 0).
-   pure function root_of(scene) result(root)
+   pure type(beam_root_t) function root_of(scene) result(root)
       type(scene_t), intent(in) :: scene
-      type(beam_root_t) :: root
 
       root%is_pinned = scene%root%kind == root_pinned
       if (root%is_pinned) return
@@ -245,9 +240,8 @@ contains
    end function masses_of
 
    !> The settings of the run of a scene.
-   pure function run_settings_of(scene) result(settings)
+   pure type(run_settings_t) function run_settings_of(scene) result(settings)
       type(scene_t), intent(in) :: scene
-      type(run_settings_t) :: settings
 
       settings%zeta = scene%zeta
       settings%zeta_mass = scene%zeta_mass
@@ -347,9 +341,8 @@ contains
    !> force. Without a spring, of the position `rest` and the positions in which the body meets the undeformed beam, its
    !> floor and its ceiling, the position nearest to the start: a gap is the difference of the coordinate and the height
    !> of a surface, and the rounding error of large coordinates would change the energy at each impact.
-   elemental function origin_of(body) result(origin)
+   elemental real(wp) function origin_of(body) result(origin)
       type(body_settings_t), intent(in) :: body
-      real(wp) :: origin
 
       ! displacements z at the start and in contact with the beam (in a cavity with its lower wall)
       real(wp) :: start, wall
@@ -367,7 +360,7 @@ contains
    end function origin_of
 
    !> A contact of a body as a stop.
-   pure function contact_of_body(number, side, body, height, is_of_base) result(stop)
+   pure type(stop_settings_t) function contact_of_body(number, side, body, height, is_of_base) result(stop)
       !> Number of the body
       integer, intent(in) :: number
       !> One of the `side_` constants
@@ -377,7 +370,6 @@ contains
       real(wp), intent(in) :: height
       !> Whether the contact is that with floor or ceiling
       logical, intent(in) :: is_of_base
-      type(stop_settings_t) :: stop
 
       stop = body%contact
       if (is_of_base) stop = body%base_contact

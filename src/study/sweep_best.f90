@@ -58,12 +58,11 @@ contains
    end subroutine start_best
 
    !> Cost of a case, smaller for better cases; huge if the case failed or has no value.
-   pure function cost_of(best, row) result(cost)
+   pure real(wp) function cost_of(best, row) result(cost)
       !> Column and sign of the measure
       type(best_t), intent(in) :: best
       !> Measures of the case
       real(wp), intent(in) :: row(:)
-      real(wp) :: cost
 
       cost = huge(1.0_wp)
       if (row(measure_status) > 0.0_wp) return

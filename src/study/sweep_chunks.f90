@@ -129,9 +129,8 @@ contains
    end subroutine remove_chunk_folder
 
    !> Whether a file in the folder of the chunks has a name that the program uses.
-   pure function is_own_file(name) result(answer)
+   pure logical function is_own_file(name) result(answer)
       character(*), intent(in) :: name
-      logical :: answer
 
       character(:), allocatable :: final
 
@@ -187,10 +186,9 @@ contains
    end function chunk_name
 
    !> Whether the file of a chunk is on disk. The file is complete, but the disk may have corrupted it.
-   function chunk_is_done(path, chunk) result(done)
+   logical function chunk_is_done(path, chunk) result(done)
       character(*), intent(in) :: path
       integer, intent(in) :: chunk
-      logical :: done
 
       done = kind_of(path//'/'//chunk_name(chunk)) /= kind_nothing
    end function chunk_is_done
@@ -346,10 +344,9 @@ contains
    end subroutine load_chunks
 
    !> Whether the checksum in the seal of a chunk is that of its bytes.
-   function is_sealed(bytes) result(fits)
+   logical function is_sealed(bytes) result(fits)
       !> Bytes of the file, with the seal
       character(kind=c_char), contiguous, intent(in) :: bytes(:)
-      logical :: fits
 
       character(seal_length, kind=c_char) :: mark
       integer(c_size_t) :: length

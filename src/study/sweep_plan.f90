@@ -130,13 +130,12 @@ contains
 
    !> Number of cases in a chunk: the requested number, or a number that is smaller for cases with more Poincare
    !> sections; always a multiple of the length of a chain.
-   pure function cases_of_chunk(scene, cases, chain) result(number)
+   pure integer function cases_of_chunk(scene, cases, chain) result(number)
       type(scene_t), intent(in) :: scene
       !> Number of all cases
       integer, intent(in) :: cases
       !> Number of cases in a chain; 0: cases are independent
       integer, intent(in) :: chain
-      integer :: number
 
       integer, parameter :: target_chunks = 400, max_chunk_size = 16384
       integer :: minimum, max_cases, sections
@@ -157,11 +156,10 @@ contains
    !> Minimum number of cases in a chunk. Writing a chunk costs as much time as some cheap cases, so cheap cases have
    !> large chunks; expensive cases have small chunks, so that they are written to disk soon. The cost of a case is
    !> estimated from the duration of the run and the numbers of modes, steps and stops.
-   pure function min_chunk_size(scene, cases) result(minimum)
+   pure integer function min_chunk_size(scene, cases) result(minimum)
       type(scene_t), intent(in) :: scene
       !> Number of all cases, which must give enough chunks for many threads
       integer, intent(in) :: cases
-      integer :: minimum
 
       integer, parameter :: min_size = 10, max_size = 500, min_chunks = 20
       ! cost of a run of 20 tau with 16 degrees of freedom (duration times degrees of freedom), a fraction of a
@@ -247,16 +245,15 @@ contains
 
    !> Whether a value lies at an end of the range of a parameter: at or beyond the minimum or maximum value of the
    !> cases.
-   pure function is_at_end(axis, value) result(answer)
+   pure logical function is_at_end(axis, value) result(answer)
       type(axis_t), intent(in) :: axis
       real(wp), intent(in) :: value
-      logical :: answer
 
       answer = axis%maximum > axis%minimum .and. (value <= minval(axis%values) .or. value >= maxval(axis%values))
    end function is_at_end
 
    !> The value of a parameter at a fraction of its range; the end of the range is exact.
-   elemental function value_at_fraction(minimum, maximum, is_logarithmic, fraction) result(value)
+   elemental real(wp) function value_at_fraction(minimum, maximum, is_logarithmic, fraction) result(value)
       !> Range of the parameter
       real(wp), intent(in) :: minimum
       real(wp), intent(in) :: maximum
@@ -264,7 +261,6 @@ contains
       logical, intent(in) :: is_logarithmic
       !> 0 at the minimum, 1 at the maximum
       real(wp), intent(in) :: fraction
-      real(wp) :: value
 
       if (is_logarithmic) then
          value = minimum*(maximum/minimum)**fraction
@@ -276,14 +272,13 @@ contains
    end function value_at_fraction
 
    !> The fraction of a range at a value, the inverse of `value_at_fraction`.
-   elemental function fraction_at_value(minimum, maximum, is_logarithmic, value) result(fraction)
+   elemental real(wp) function fraction_at_value(minimum, maximum, is_logarithmic, value) result(fraction)
       !> Range of the parameter
       real(wp), intent(in) :: minimum
       real(wp), intent(in) :: maximum
       !> Whether the fraction is one of the logarithm of the range
       logical, intent(in) :: is_logarithmic
       real(wp), intent(in) :: value
-      real(wp) :: fraction
 
       if (is_logarithmic) then
          fraction = log(value/minimum)/log(maximum/minimum)
@@ -316,21 +311,19 @@ contains
    end subroutine case_values
 
    !> The first case of a chunk.
-   pure function first_of_chunk(plan, chunk) result(case)
+   pure integer function first_of_chunk(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
       !> Number of the chunk, from 1
       integer, intent(in) :: chunk
-      integer :: case
 
       case = (chunk - 1)*plan%chunk_cases + 1
    end function first_of_chunk
 
    !> The last case of a chunk.
-   pure function last_of_chunk(plan, chunk) result(case)
+   pure integer function last_of_chunk(plan, chunk) result(case)
       type(plan_t), intent(in) :: plan
       !> Number of the chunk, from 1
       integer, intent(in) :: chunk
-      integer :: case
 
       case = int(min(int(chunk, i8)*int(plan%chunk_cases, i8), int(plan%cases, i8)))
    end function last_of_chunk

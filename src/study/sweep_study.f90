@@ -132,12 +132,11 @@ contains
 
    !> Number of threads of a sweep: the requested number, but at most the number of independent cases (or chains of
    !> cases), four for each core, and the number for which there is address space.
-   function threads_for(requested, chains) result(threads)
+   integer function threads_for(requested, chains) result(threads)
       !> Requested number; 0: the default of OpenMP, one for each core unless OMP_NUM_THREADS is set
       integer, intent(in) :: requested
       !> Number of independent cases, or of chains of cases
       real(wp), intent(in) :: chains
-      integer :: threads
 
       ! stack of a thread, and address space that the C library reserves for the memory of a thread, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
@@ -153,18 +152,16 @@ contains
    end function threads_for
 
    !> Number of chains of a checked sweep, or of cases if they are independent.
-   pure function chain_count_of(sweep) result(chains)
+   pure real(wp) function chain_count_of(sweep) result(chains)
       type(sweep_settings_t), intent(in) :: sweep
-      real(wp) :: chains
 
       chains = case_count_of(sweep)
       if (sweep%carry > 0) chains = chains/real(value_count_of(sweep, sweep%carry), wp)
    end function chain_count_of
 
    !> Number of cases of a checked sweep, as a real number, because it may exceed the range of integers.
-   pure function case_count_of(sweep) result(cases)
+   pure real(wp) function case_count_of(sweep) result(cases)
       type(sweep_settings_t), intent(in) :: sweep
-      real(wp) :: cases
 
       integer :: k, values
 

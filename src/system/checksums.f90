@@ -22,20 +22,18 @@ module checksums
 contains
 
    !> The checksum of a sequence of bytes.
-   pure function checksum(bytes, count) result(sum)
+   pure integer(i8) function checksum(bytes, count) result(sum)
       !> A text, or a list of bytes
       character(kind=c_char), intent(in) :: bytes(*)
       !> Number of bytes
       integer(c_size_t), intent(in) :: count
-      integer(i8) :: sum
 
       sum = int(crc32_z(0_c_long, bytes, count), i8)
    end function checksum
 
    !> The checksum of the bytes of numbers.
-   pure function checksum_of_numbers(numbers) result(sum)
+   pure integer(i8) function checksum_of_numbers(numbers) result(sum)
       real(wp), intent(in) :: numbers(:)
-      integer(i8) :: sum
 
       character(kind=c_char), allocatable :: bytes(:)
 

@@ -238,9 +238,8 @@ contains
    end subroutine remove_empty_folder
 
    !> Kind of the entry that a path names. Links are not followed.
-   function kind_of(path) result(kind)
+   integer function kind_of(path) result(kind)
       character(*), intent(in) :: path
-      integer :: kind
 
       kind = impactbeam_kind_of(trim(path)//c_null_char)
    end function kind_of
@@ -382,10 +381,9 @@ contains
    end function partial_prefix
 
    !> Whether a file descriptor is a terminal.
-   function is_terminal(descriptor) result(answer)
+   logical function is_terminal(descriptor) result(answer)
       !> A file descriptor, such as `standard_error_descriptor`
       integer(c_int), intent(in) :: descriptor
-      logical :: answer
 
       answer = posix_isatty(descriptor) == 1
    end function is_terminal

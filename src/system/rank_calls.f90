@@ -69,9 +69,8 @@ contains
    end function rank_call
 
    !> Whether an environment variable is set.
-   function is_set(name) result(answer)
+   logical function is_set(name) result(answer)
       character(*), intent(in) :: name
-      logical :: answer
 
       integer :: length, status
 
