@@ -116,6 +116,7 @@ contains
       type(failure_t), allocatable :: error
       ! failure to print the help, which is ignored beside a failure of the arguments
       type(failure_t), allocatable :: unprinted
+      character(:), allocatable :: problem
       integer :: i
 
       status = 0
@@ -137,7 +138,17 @@ contains
          return
       end if
       call read_scenes(program%number, command%scenes, scenes, error)
-      if (command%estimate .and. .not. allocated(error)) call request_estimates(scenes, error)
+      if (command%estimate .and. .not. allocated(error)) then
+         scenes%mesh%estimate = .true.
+         do i = 1, size(scenes)
+            if (allocated(error)) exit
+            if (.not. scenes(i)%wants_response) call fail(error, status_bad_input, &
+               '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
+            problem = problem_with_damping(scenes(i))
+            if (problem /= '' .and. .not. allocated(error)) call complain_of_scene(scenes(i), 'damping', &
+               'mode_ratios', problem, error)
+         end do
+      end if
       if (.not. allocated(error)) call check_memory_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
          call report(program, error%message, error%status, status)
@@ -205,26 +216,6 @@ contains
       end do
       if (max_of_ranks(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
    end subroutine check_memory_needs
-
-   !> Request the estimate of the discretisation error in each scene.
-   subroutine request_estimates(scenes, error)
-      type(scene_t), intent(inout) :: scenes(:)
-      !> Set if a scene has nothing to estimate
-      type(failure_t), allocatable, intent(inout) :: error
-
-      character(:), allocatable :: problem
-      integer :: i
-
-      do i = 1, size(scenes)
-         if (.not. scenes(i)%wants_response .and. .not. allocated(error)) call fail(error, status_bad_input, &
-            '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
-         scenes(i)%mesh%estimate = .true.
-         problem = problem_with_damping(scenes(i))
-         if (problem /= '' .and. .not. allocated(error)) then
-            call complain_of_scene(scenes(i), 'damping', 'mode_ratios', problem, error)
-         end if
-      end do
-   end subroutine request_estimates
 
    !> Compute a scene, write its results file and its tables for other programs, and print its tables.
    subroutine run_scene(program, scene, folder, threads, quiet, error, format)

@@ -159,8 +159,12 @@ contains
       real(wp) :: samples, runs
       ! number of instants at which the whole beam is recorded
       real(wp) :: shapes
-      integer :: histories, contacts
+      ! number of contacts with individual histories
+      integer :: contacts
+      integer :: histories, numbers
+      type(run_settings_t) :: settings
 
+      settings = run_settings_of(scene)
       runs = 1.0_wp
       if (scene%wants_cases) runs = real(max(size(scene%cases%list), 1), wp)
       call add_beam(scene, elements_of(scene, scene%mesh%elements), 1, need)
@@ -171,7 +175,10 @@ contains
          if (scene%wants_stress .and. scene%stress%history) histories = histories + 1 + 2*size(scene%stress%position)
          ! the dataset tau
          if (histories > 0) histories = histories + 1
-         contacts = contacts_recorded(scene)
+         contacts = 0
+         if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) then
+            contacts = size(contacts_of(settings))
+         end if
          histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop, &
             acceleration_stop]))
          ! for each contact the stored energy and the dissipated energy
@@ -186,21 +193,17 @@ contains
          ! each node has a displacement, a slope and their rates
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
             'the whole beam at '//short_text(shapes)//' instants', 'give &output a longer shape_step')
-         call add_sections(scene, copies*runs, numbers_of_section(scene), need)
       end associate
+      ! a Poincare section has an instant, the number of impacts, the logarithm of the size of a variation, and
+      ! displacement and velocity of the tip (5 in all), of each contact and of each mode
+      numbers = 5 + 2*size(contacts_of(settings))
+      if (scene%poincare%records_modes) then
+         associate (all => 2*elements_of(scene, scene%mesh%elements), given => scene%response%mode_count)
+            numbers = numbers + 2*merge(min(given, all), all, given > 0)
+         end associate
+      end if
+      call add_sections(scene, copies*runs, numbers, need)
    end subroutine add_response
-
-   !> Number of values that a run records at a Poincare section: instant, number of impacts, logarithm of the size of a
-   !> variation, displacement and velocity of the tip (5 in all), of each contact and of each mode.
-   pure integer function numbers_of_section(scene) result(numbers)
-      type(scene_t), intent(in) :: scene
-
-      numbers = 5 + 2*size(contacts_of(run_settings_of(scene)))
-      if (.not. scene%poincare%records_modes) return
-      associate (all => 2*elements_of(scene, scene%mesh%elements))
-         numbers = numbers + 2*merge(min(scene%response%mode_count, all), all, scene%response%mode_count > 0)
-      end associate
-   end function numbers_of_section
 
    !> Add the Poincare sections of runs.
    subroutine add_sections(scene, runs, numbers, need)
@@ -223,17 +226,6 @@ contains
             //' periods', 'give &poincare a smaller keep')
       end associate
    end subroutine add_sections
-
-   !> Number of contacts with individual histories.
-   pure integer function contacts_recorded(scene) result(number)
-      type(scene_t), intent(in) :: scene
-
-      type(run_settings_t) :: settings
-
-      settings = run_settings_of(scene)
-      number = 0
-      if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(contacts_of(settings))
-   end function contacts_recorded
 
    !> Number of elements of the finest mesh of a run.
    pure integer function elements_of(scene, given) result(elements)

@@ -92,27 +92,19 @@ contains
       !> Set if a run fails
       type(failure_t), allocatable, intent(out) :: error
 
+      type(motion_entry_t), allocatable :: entries(:)
+
       allocate (study%curves(0))
-      call add_growth_with_events(study%runs, study%curves)
+      ! time of a run against its number of events, from the runs with different hop tolerances (heights of a flight
+      ! below which the contact counts as closed)
+      entries = pack(study%runs, study%runs%varied == varied_hop .and. study%runs%failure == '' .and. &
+         study%runs%event_count > 0)
+      if (size(entries) > 1) call add_curve(study%curves, 'exact motion', 'events', 's', &
+         real(entries%event_count, wp), entries%motion_time%median)
       if (allocated(scene%precision%scaling_durations)) call add_growth_with_duration(scene, study%curves, error)
       if (allocated(error)) return
       if (allocated(scene%precision%scaling_elements)) call add_growth_with_elements(scene, study%curves, error)
    end subroutine measure_growth
-
-   !> Time of a run against its number of events, from the runs with different hop tolerances (heights of a flight below
-   !> which the contact counts as closed).
-   pure subroutine add_growth_with_events(entries, curves)
-      type(motion_entry_t), intent(in) :: entries(:)
-      !> List to which the curve is added
-      type(curve_t), allocatable, intent(inout) :: curves(:)
-
-      logical :: wanted(size(entries))
-
-      wanted = entries%varied == varied_hop .and. entries%failure == '' .and. entries%event_count > 0
-      if (count(wanted) < 2) return
-      call add_curve(curves, 'exact motion', 'events', 's', pack(real(entries%event_count, wp), wanted), &
-         pack(entries%motion_time%median, wanted))
-   end subroutine add_growth_with_events
 
    !> Time of a run against its length.
    subroutine add_growth_with_duration(scene, curves, error)

@@ -63,8 +63,8 @@ contains
       call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
          linear_taper, default='height_root', quantity='length', sweep=dimension_of_sweep(27)))
       call table%bind(beam%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
-         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
-         sweep=sweep_t(3, changes_beam=.true., is_in_cases=.true., &
+         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', sweep=sweep_t(3, &
+         changes_beam=.true., is_in_cases=.true., &
          meaning='alpha = (height_root - height_tip) / length, mean height kept')))
       call table%bind(beam%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
          range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))

@@ -7,8 +7,7 @@ module scene_bodies
    use name_table, only: table_t
    use name_types, only: in_units_t, name_t, sweep_t
    use number_text, only: to_text
-   use run_settings, only: body_settings_t, impulse_nodal, law_table, law_restitution, side_both, &
-      side_names
+   use run_settings, only: impulse_nodal, law_table, law_restitution, side_both, side_names
    use scene_input, only: scene_input_t
    use scene_stops, only: list_law
    use scene_types, only: scene_t
@@ -27,92 +26,71 @@ module scene_bodies
 
 contains
 
-   !> List the names of all &body groups in the table, and bind them to the components of the scene.
+   !> List the names of all &body groups in the table, and bind them to the components of the scene. The number that
+   !> begins a `sweep_t` is the unique number of the parameter in sweeps.
    subroutine list_bodies(table, scene)
       class(table_t), intent(inout) :: table
       !> The scene; its bodies are bound
       type(scene_t), intent(inout) :: scene
 
-      type(body_settings_t), allocatable :: bodies(:)
-      integer :: number, k
+      integer :: k
 
-      number = 0
-      if (allocated(scene%bodies)) number = size(scene%bodies)
-      ! number of &body groups whose names are listed: 1 if the scene has none, so that the names are known
-      number = table%groups_to_list('body', number)
-      allocate (bodies(number))
-      if (allocated(scene%bodies)) bodies(:) = scene%bodies
-      do k = 1, number
+      ! a scene without &body lists one, so that the names are known
+      if (.not. allocated(scene%bodies)) allocate (scene%bodies(table%groups_to_list('body', 0)))
+      do k = 1, size(scene%bodies)
          ! `open_numbered` also sets `has_bodies` from the file, or reads it when the scene is written
          call table%open_numbered('body', k, scene%has_bodies)
          if (.not. table%lists_names) cycle
-         call list_position_and_mass(table, bodies(k))
-         call list_spring_and_start(table, bodies(k))
-         call table%bind(bodies(k)%contact%law, name_t('law', 'model of its contact with the beam'), law_table%name)
-         call list_law(table, bodies(k)%contact, '', first=81, has_impulse=.false.)
-         call list_floor_and_ceiling(table, bodies(k))
+         associate (body => scene%bodies(k))
+            call table%bind(body%position, name_t('position', 'where it meets the beam, over length', off_root_range, &
+               sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)), &
+               in_units_t('position_length', 'length', 'the same as a length from the root'))
+            call table%bind(body%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
+               default='none: give one', sweep=sweep_t(71, is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
+            call table%bind(body%side, &
+               name_t('side', 'where it is: below the beam, above it, or in a cavity of the beam'), side_names)
+            call table%bind(body%clearance, name_t('clearance_ratio', 'distance of the undeformed beam from it at z ' &
+               //'= 0, on each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)), &
+               in_units_t('clearance', 'displacement', 'the same, length', length_range))
+            ! spring and damper between body and base, and the initial conditions
+            call table%bind(body%spring_ratio, name_t('spring_ratio', &
+               'k / (3 E Ibar / L^3) of its spring to the base', stiffness_range, default='none: it moves freely', &
+               is_optional=.true., sweep=sweep_t(73, is_in_cases=.true.)), &
+               in_units_t('spring', 'stiffness', 'the same, force over length'))
+            call table%bind(body%damping_ratio, name_t('damping_ratio', 'c / (2 sqrt(k m)) of its damper to the base', &
+               range_t(0.0_wp, 1.0e6_wp), sweep=sweep_t(74, is_in_cases=.true.)))
+            call table%bind(body%base_damper_ratio, name_t('base_damper_ratio', 'c omega1 / (3 E Ibar / L^3) of its ' &
+               //'damper to the base, with or without a spring', range_t(0.0_wp, 1.0e9_wp), &
+               sweep=sweep_t(75, is_in_cases=.true.)), &
+               in_units_t('base_damper', 'damper', 'the same, force over velocity'))
+            call table%bind(body%rest, name_t('rest_ratio', 'z over D, up, at which its spring has no force', &
+               load_range, sweep=sweep_t(76, is_in_cases=.true.)), &
+               in_units_t('rest', 'displacement', 'the same, length', signed_range))
+            call table%bind(body%start_velocity, name_t('start_velocity_ratio', &
+               'its velocity up at the start, over D omega1', load_range, sweep=sweep_t(77, is_in_cases=.true.)), &
+               in_units_t('start_velocity', 'velocity', 'the same, length over time', signed_range))
+            call table%bind(body%start_gap, name_t('start_gap_ratio', 'its distance from the beam at the start, in a ' &
+               //'cavity from the lower wall, over D', distance_range, &
+               default='at rest_ratio; in a cavity the middle', is_optional=.true., &
+               sweep=sweep_t(78, is_in_cases=.true.)), &
+               in_units_t('start_gap', 'displacement', 'the same, length', length_range))
+            call table%bind(body%contact%law, name_t('law', 'model of its contact with the beam'), law_table%name)
+            call list_law(table, body%contact, '', first=81, has_impulse=.false.)
+            ! floor and ceiling, which are fixed to the base
+            call table%bind(body%floor, name_t('floor_ratio', 'depth of a fixed floor of its own below z = 0, over D', &
+               distance_range, default='none', is_optional=.true., sweep=sweep_t(79, is_in_cases=.true.)), &
+               in_units_t('floor', 'displacement', 'the same, length', length_range))
+            call table%bind(body%ceiling, name_t('ceiling_ratio', &
+               'height of a fixed ceiling of its own above z = 0, over D', distance_range, default='none', &
+               is_optional=.true., sweep=sweep_t(80, is_in_cases=.true.)), &
+               in_units_t('ceiling', 'displacement', 'the same, length', length_range))
+            call table%bind(body%base_contact%law, name_t('floor_law', &
+               'model of its contacts with floor and ceiling'), law_table%name)
+            call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)
+         end associate
       end do
-      if (scene%has_bodies) call move_alloc(bodies, scene%bodies)
+      if (.not. scene%has_bodies) deallocate (scene%bodies)
    end subroutine list_bodies
-
-   !> List the names of position, mass, side and clearance. The number that begins a `sweep_t` is the unique number of
-   !> the parameter in sweeps.
-   subroutine list_position_and_mass(table, body)
-      class(table_t), intent(inout) :: table
-      type(body_settings_t), intent(inout) :: body
-
-      call table%bind(body%position, name_t('position', 'where it meets the beam, over length', off_root_range, &
-         sweep=sweep_t(70, changes_beam=.true., is_in_cases=.true.)), &
-         in_units_t('position_length', 'length', 'the same as a length from the root'))
-      call table%bind(body%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
-         default='none: give one', sweep=sweep_t(71, is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
-      call table%bind(body%side, name_t('side', 'where it is: below the beam, above it, or in a cavity of the beam'), &
-         side_names)
-      call table%bind(body%clearance, name_t('clearance_ratio', 'distance of the undeformed beam from it at z = 0, ' &
-         //'on each side, over D', distance_range, sweep=sweep_t(72, is_in_cases=.true.)), &
-         in_units_t('clearance', 'displacement', 'the same, length', length_range))
-   end subroutine list_position_and_mass
-
-   !> List the names of spring and damper between body and base, and of the initial conditions.
-   subroutine list_spring_and_start(table, body)
-      class(table_t), intent(inout) :: table
-      type(body_settings_t), intent(inout) :: body
-
-      call table%bind(body%spring_ratio, name_t('spring_ratio', 'k / (3 E Ibar / L^3) of its spring to the base', &
-         stiffness_range, default='none: it moves freely', is_optional=.true., sweep=sweep_t(73, is_in_cases=.true.)), &
-         in_units_t('spring', 'stiffness', 'the same, force over length'))
-      call table%bind(body%damping_ratio, name_t('damping_ratio', 'c / (2 sqrt(k m)) of its damper to the base', &
-         range_t(0.0_wp, 1.0e6_wp), sweep=sweep_t(74, is_in_cases=.true.)))
-      call table%bind(body%base_damper_ratio, name_t('base_damper_ratio', 'c omega1 / (3 E Ibar / L^3) of its damper ' &
-         //'to the base, with or without a spring', range_t(0.0_wp, 1.0e9_wp), sweep=sweep_t(75, is_in_cases=.true.)), &
-         in_units_t('base_damper', 'damper', 'the same, force over velocity'))
-      call table%bind(body%rest, name_t('rest_ratio', 'z over D, up, at which its spring has no force', load_range, &
-         sweep=sweep_t(76, is_in_cases=.true.)), in_units_t('rest', 'displacement', 'the same, length', signed_range))
-      call table%bind(body%start_velocity, name_t('start_velocity_ratio', &
-         'its velocity up at the start, over D omega1', load_range, sweep=sweep_t(77, is_in_cases=.true.)), &
-         in_units_t('start_velocity', 'velocity', 'the same, length over time', signed_range))
-      call table%bind(body%start_gap, name_t('start_gap_ratio', 'its distance from the beam at the start, in a ' &
-         //'cavity from the lower wall, over D', distance_range, default='at rest_ratio; in a cavity the middle', &
-         is_optional=.true., sweep=sweep_t(78, is_in_cases=.true.)), &
-         in_units_t('start_gap', 'displacement', 'the same, length', length_range))
-   end subroutine list_spring_and_start
-
-   !> List the names of floor and ceiling, which are fixed to the base.
-   subroutine list_floor_and_ceiling(table, body)
-      class(table_t), intent(inout) :: table
-      type(body_settings_t), intent(inout) :: body
-
-      call table%bind(body%floor, name_t('floor_ratio', 'depth of a fixed floor of its own below z = 0, over D', &
-         distance_range, default='none', is_optional=.true., sweep=sweep_t(79, is_in_cases=.true.)), &
-         in_units_t('floor', 'displacement', 'the same, length', length_range))
-      call table%bind(body%ceiling, name_t('ceiling_ratio', &
-         'height of a fixed ceiling of its own above z = 0, over D', distance_range, default='none', &
-         is_optional=.true., sweep=sweep_t(80, is_in_cases=.true.)), &
-         in_units_t('ceiling', 'displacement', 'the same, length', length_range))
-      call table%bind(body%base_contact%law, name_t('floor_law', 'model of its contacts with floor and ceiling'), &
-         law_table%name)
-      call list_law(table, body%base_contact, 'floor_', first=85, has_impulse=.false.)
-   end subroutine list_floor_and_ceiling
 
    !> Check each body, and that no two bodies can touch each other. Problems are reported to `input`.
    subroutine check_bodies(input, table, scene)

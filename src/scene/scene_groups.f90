@@ -129,7 +129,11 @@ contains
       case ('damping')
          call list_damping(table, scene)
       case ('tip_mass')
-         call list_tip_mass(table, scene%tip_mass_ratio)
+         call table%open(group_t('tip_mass', in_motion_and_benchmark))
+         call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
+            range_t(0.0_wp, 1.0e6_wp), &
+            sweep=sweep_t(4, changes_beam=.true., is_in_cases=.true., name='tip_mass_ratio')), &
+            in_units_t('mass', 'mass', 'tip mass', swept_as='tip_mass'))
       case ('stop')
          call list_stops(table, scene)
       case ('body')
@@ -195,18 +199,6 @@ contains
          default='none: all are printed', is_optional=.true.), warning_names)
    end subroutine list_heading
 
-   !> List the names of &tip_mass in the table, and bind them to the components of the scene.
-   subroutine list_tip_mass(table, ratio)
-      class(table_t), intent(inout) :: table
-      !> Tip mass over mass of the beam, mu
-      real(wp), intent(inout) :: ratio
-
-      call table%open(group_t('tip_mass', in_motion_and_benchmark))
-      call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
-         sweep=sweep_t(4, changes_beam=.true., is_in_cases=.true., name='tip_mass_ratio')), &
-         in_units_t('mass', 'mass', 'tip mass', swept_as='tip_mass'))
-   end subroutine list_tip_mass
-
    !> List the names of &damping in the table, and bind them to the components of the scene.
    subroutine list_damping(table, scene)
       class(table_t), intent(inout) :: table
@@ -215,8 +207,8 @@ contains
       call table%open(group_t('damping', in_motion_and_benchmark))
       call table%bind(scene%zeta, name_t('zeta', 'C = gamma K, gamma = 2 zeta/omega1: a mode of circular frequency ' &
          //'omega has the damping ratio zeta omega/omega1, omega1 being that of the uniform clamped beam', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., &
-         meaning='damping ratio')), &
+         range_t(0.0_wp, 10.0_wp), rayleigh, &
+         sweep=sweep_t(8, is_in_cases=.true., may_change_in_motion=.true., meaning='damping ratio')), &
          in_units_t('stiffness_coefficient', 'stiffness_damping', 'gamma of C = gamma K, time: a mode of circular ' &
          //'frequency omega has the damping ratio gamma omega/2'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'C = alpha M, alpha = 2 zeta_mass omega1: a mode of ' &
@@ -226,9 +218,9 @@ contains
          //'frequency omega has the damping ratio alpha/(2 omega)'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each mode of the beam with its ' &
          //'supports and masses, without contact: 1/(2 Q) or half a loss factor; the last is that of all higher ' &
-         //'modes', range_t(0.0_wp, 10.0_wp), condition_t( &
-         without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
-         default='none: C = gamma K + alpha M', is_optional=.true., &
+         //'modes', &
+         range_t(0.0_wp, 10.0_wp), condition_t(without='zeta stiffness_coefficient zeta_mass mass_coefficient', &
+         phrase='damping of each mode alone'), default='none: C = gamma K + alpha M', is_optional=.true., &
          sweep=sweep_t(55, is_in_cases=.true., may_change_in_motion=.true.)))
    end subroutine list_damping
 

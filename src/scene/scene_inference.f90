@@ -2,8 +2,7 @@
 !> &fit.
 module scene_inference
    use file_system, only: path_beside
-   use inference_settings, only: fit_settings_t, observed_impacts, observed_table, sensitivity_settings_t, &
-      uncertainty_settings_t
+   use inference_settings, only: fit_settings_t, observed_impacts, observed_table
    use kinds, only: wp
    use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
       measure_status, measure_table
@@ -43,29 +42,37 @@ contains
       select case (group)
       case ('sensitivity')
          call table%open(group_t(group, stands_alone=.true.), scene%wants_sensitivity)
-         if (table%lists_names) call list_sensitivity(table, scene%sensitivity)
+         if (.not. table%lists_names) return
+         associate (sensitivity => scene%sensitivity)
+            call list_chosen_parameters(table, 'parameters', 'parameters whose influence is requested, by their ' &
+               //'names in &sweep', 'none: give one', sensitivity%parameters)
+            call list_chosen_measures(table, sensitivity%measures)
+            call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of ' &
+               //'the value, or by itself where the value is 0', range_t(1.0e-6_wp, 0.5_wp)))
+            call table%bind(sensitivity%steps, name_t('steps', 'number of steps, each half of the one before', &
+               range_t(3, 30)))
+         end associate
       case ('fit')
          call table%open(group_t(group, stands_alone=.true.), scene%wants_fit)
          if (table%lists_names) call list_fit(table, scene%fit)
       case ('uncertainty')
          call table%open(group_t(group, stands_alone=.true.), scene%wants_uncertainty)
-         if (table%lists_names) call list_uncertainty(table, scene%uncertainty)
+         if (.not. table%lists_names) return
+         associate (uncertainty => scene%uncertainty)
+            call list_chosen_parameters(table, 'normal', 'parameters of &sweep distributed normally, or where they ' &
+               //'have a _log_range lognormally, with 95 % of the values in the range', 'none: all evenly', &
+               uncertainty%normal)
+            call table%bind(uncertainty%fit, name_t('fit', 'results file of a &fit, beside the scene, whose ' &
+               //'estimates and covariance count', range_t(1, 1000), default='none', is_optional=.true.))
+            call list_chosen_measures(table, uncertainty%measures)
+            if (.not. allocated(uncertainty%quantiles)) uncertainty%quantiles = [0.025_wp, 0.25_wp, 0.5_wp, 0.75_wp, &
+               0.975_wp]
+            call table%bind(uncertainty%quantiles, name_t('quantiles', 'probabilities of the quantiles', &
+               range_t(1.0e-6_wp, 1.0_wp - 1.0e-6_wp), default='0.025, 0.25, 0.5, 0.75, 0.975'))
+            call table%bind(uncertainty%classes, name_t('classes', 'classes of a histogram', range_t(2, 10000)))
+         end associate
       end select
    end subroutine list_inference
-
-   !> List the names of &sensitivity in the table, and bind them to the components of the scene.
-   subroutine list_sensitivity(table, sensitivity)
-      class(table_t), intent(inout) :: table
-      type(sensitivity_settings_t), intent(inout) :: sensitivity
-
-      call list_chosen_parameters(table, 'parameters', 'parameters whose influence is requested, by their names in ' &
-         //'&sweep', 'none: give one', sensitivity%parameters)
-      call list_chosen_measures(table, sensitivity%measures)
-      call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of the ' &
-         //'value, or by itself where the value is 0', range_t(1.0e-6_wp, 0.5_wp)))
-      call table%bind(sensitivity%steps, name_t('steps', 'number of steps, each half of the one before', &
-         range_t(3, 30)))
-   end subroutine list_sensitivity
 
    !> List the names of &fit in the table, and bind them to the components of the scene.
    subroutine list_fit(table, fit)
@@ -86,8 +93,8 @@ contains
          range_t(0.0_wp, 1000.0_wp)))
       call table%bind(fit%start, name_t('start', 'instant from which on the signal counts, in time as results ' &
          //'have it', range_t(0.0_wp, 1.0e9_wp)))
-      call table%bind(fit%end, name_t('end', 'instant up to which it counts', range_t(0.0_wp, 1.0e9_wp, &
-         excludes_minimum=.true.), default='that of the run', is_optional=.true.))
+      call table%bind(fit%end, name_t('end', 'instant up to which it counts', &
+         range_t(0.0_wp, 1.0e9_wp, excludes_minimum=.true.), default='that of the run', is_optional=.true.))
       call table%bind(fit%noise, name_t('noise', 'standard deviation of the noise, in units of results; 0: that ' &
          //'of the residuals', range_t(0.0_wp, 1.0e20_wp)))
       call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
@@ -96,22 +103,6 @@ contains
          //'much or as early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
       call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
    end subroutine list_fit
-
-   !> List the names of &uncertainty in the table, and bind them to the components of the scene.
-   subroutine list_uncertainty(table, uncertainty)
-      class(table_t), intent(inout) :: table
-      type(uncertainty_settings_t), intent(inout) :: uncertainty
-
-      call list_chosen_parameters(table, 'normal', 'parameters of &sweep distributed normally, or where they have a ' &
-         //'_log_range lognormally, with 95 % of the values in the range', 'none: all evenly', uncertainty%normal)
-      call table%bind(uncertainty%fit, name_t('fit', 'results file of a &fit, beside the scene, whose estimates and ' &
-         //'covariance count', range_t(1, 1000), default='none', is_optional=.true.))
-      call list_chosen_measures(table, uncertainty%measures)
-      if (.not. allocated(uncertainty%quantiles)) uncertainty%quantiles = [0.025_wp, 0.25_wp, 0.5_wp, 0.75_wp, 0.975_wp]
-      call table%bind(uncertainty%quantiles, name_t('quantiles', 'probabilities of the quantiles', &
-         range_t(1.0e-6_wp, 1.0_wp - 1.0e-6_wp), default='0.025, 0.25, 0.5, 0.75, 0.975'))
-      call table%bind(uncertainty%classes, name_t('classes', 'classes of a histogram', range_t(2, 10000)))
-   end subroutine list_uncertainty
 
    !> List a name whose values are parameters that a sweep may vary.
    subroutine list_chosen_parameters(table, name, meaning, default, parameters)

@@ -11,7 +11,7 @@ module scene_loads
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
    use scene_start, only: check_start
-   use scene_types, only: base_group_t, scene_t
+   use scene_types, only: scene_t
    use time_table, only: read_time_table
    use value_rules, only: duration_range, instant_range, load_range, point_range, positive_range, &
       range_t, range_text, signed_range
@@ -35,49 +35,41 @@ contains
       !> The scene; its forces are bound
       type(scene_t), intent(inout) :: scene
 
-      type(force_settings_t), allocatable :: forces(:)
-      integer :: number, k
-
-      number = 0
-      if (allocated(scene%forces)) number = size(scene%forces)
-      number = table%groups_to_list('force', number)
-      allocate (forces(number))
-      if (allocated(scene%forces)) forces(:) = scene%forces
-      do k = 1, number
-         call table%open_numbered('force', k, scene%has_forces)
-         if (table%lists_names) call list_force(table, forces(k))
-      end do
-      if (scene%has_forces) call move_alloc(forces, scene%forces)
-   end subroutine list_forces
-
-   !> List the names of one &force in the table, and bind them to the components of the scene.
-   subroutine list_force(table, force)
-      class(table_t), intent(inout) :: table
-      type(force_settings_t), intent(inout) :: force
-
       ! number of the first parameter of this group in sweeps; `list_course` uses the next five
       integer, parameter :: first_parameter = 30
       real(wp), allocatable :: stretch(:)
+      integer :: k
 
-      call table%bind(force%position, name_t('position', 'points over length, with the whole force at each', &
-         point_range, condition_t(without='stretch stretch_length', phrase='points, not with stretch'), &
-         default='none: give position or stretch', is_optional=.true., sweep=sweep_t(first_parameter + 6, &
-         is_in_cases=.true., meaning='point of the force over length')), &
-         in_units_t('position_length', 'length', 'the same as lengths from the root'))
-      allocate (stretch, source=force%stretch)
-      call table%bind(stretch, name_t('stretch', 'beginning and end of the line load over length, such as 0.5, 1', &
-         point_range, condition_t(without='position position_length', phrase='a line load, not with position'), &
-         default='none: give position or stretch', is_optional=.true.), &
-         in_units_t('stretch_length', 'length', 'the same as lengths from the root'))
-      ! `check_force` reports a list that does not have two values
-      if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
-      call table%bind(force%course%kind, name_t('kind', 'course in time'), course_names)
-      call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
-         //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)), &
-         in_units_t('amplitude', 'load', 'force up, a line load over length; factor of a table in units', signed_range))
-      call list_course(table, force%course, first_parameter)
-   end subroutine list_force
+      if (.not. allocated(scene%forces)) allocate (scene%forces(table%groups_to_list('force', 0)))
+      do k = 1, size(scene%forces)
+         call table%open_numbered('force', k, scene%has_forces)
+         if (.not. table%lists_names) cycle
+         associate (force => scene%forces(k))
+            call table%bind(force%position, name_t('position', 'points over length, with the whole force at each', &
+               point_range, condition_t(without='stretch stretch_length', phrase='points, not with stretch'), &
+               default='none: give position or stretch', is_optional=.true., &
+               sweep=sweep_t(first_parameter + 6, is_in_cases=.true., meaning='point of the force over length')), &
+               in_units_t('position_length', 'length', 'the same as lengths from the root'))
+            stretch = force%stretch
+            call table%bind(stretch, name_t('stretch', &
+               'beginning and end of the line load over length, such as 0.5, 1', point_range, &
+               condition_t(without='position position_length', phrase='a line load, not with position'), &
+               default='none: give position or stretch', is_optional=.true.), &
+               in_units_t('stretch_length', 'length', 'the same as lengths from the root'))
+            ! `check_force` reports a list that does not have two values
+            if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
+            call table%bind(force%course%kind, name_t('kind', 'course in time'), course_names)
+            call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a ' &
+               //'line load over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
+               default='none: give one', &
+               sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)), &
+               in_units_t('amplitude', 'load', 'force up, a line load over length; factor of a table in units', &
+               signed_range))
+            call list_course(table, force%course, first_parameter)
+         end associate
+      end do
+      if (.not. scene%has_forces) deallocate (scene%forces)
+   end subroutine list_forces
 
    !> List the names of a time function (course), except kind and amplitude, in the table, and bind them to its
    !> components.
@@ -93,9 +85,8 @@ contains
       real(wp) :: given_degrees
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'circular frequency over omega1', positive_range, &
-         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)), &
-         in_units_t('frequency', 'frequency', 'cycles per unit of time', range_t(0.0_wp, 1.0e20_wp, &
-         excludes_minimum=.true.)))
+         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)), in_units_t('frequency', &
+         'frequency', 'cycles per unit of time', range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.)))
       degrees = course%phase/degree
       given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
@@ -109,9 +100,8 @@ contains
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)), &
          in_units_t('end_time', 'time', 'the same in time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
-         sweep=sweep_t(first + 5, is_in_cases=.true.)), &
-         in_units_t('duration_time', 'time', 'length of the pulse, time', range_t(0.0_wp, 1.0e20_wp, &
-         excludes_minimum=.true.)))
+         sweep=sweep_t(first + 5, is_in_cases=.true.)), in_units_t('duration_time', 'time', &
+         'length of the pulse, time', range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.)))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
@@ -128,43 +118,34 @@ contains
       !> The scene; the motions of its base are bound
       type(scene_t), intent(inout) :: scene
 
-      type(base_group_t), allocatable :: bases(:)
-      integer :: number, k
-
-      number = 0
-      if (allocated(scene%bases)) number = size(scene%bases)
-      number = table%groups_to_list('base', number)
-      allocate (bases(number))
-      if (allocated(scene%bases)) bases(:) = scene%bases
-      do k = 1, number
-         call table%open_numbered('base', k, scene%has_bases)
-         if (table%lists_names) call list_base(table, bases(k))
-      end do
-      if (scene%has_bases) call move_alloc(bases, scene%bases)
-   end subroutine list_bases
-
-   !> List the names of one &base in the table, and bind them to the components of the scene.
-   subroutine list_base(table, base)
-      class(table_t), intent(inout) :: table
-      type(base_group_t), intent(inout) :: base
-
       ! number of the first parameter of this group in sweeps; `list_course` uses the next five
       integer, parameter :: first_parameter = 40
+      integer :: k
 
-      call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
-         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true., &
-         may_change_in_motion=.true.)), in_units_t('gravity', 'acceleration', 'gravity, length over time squared'))
-      call table%bind(base%quantity, name_t('quantity', 'given motion of clamp, stops and supports, besides ' &
-         //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
-      call table%bind(base%course%kind, name_t('kind', 'course in time'), course_names)
-      call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
-         //'displacement over D, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., &
-         may_change_in_motion=.true.)), &
-         in_units_t('amplitude', 'acceleration', 'acceleration or displacement up; factor of a table in units', &
-         signed_range))
-      call list_course(table, base%course, first_parameter)
-   end subroutine list_base
+      if (.not. allocated(scene%bases)) allocate (scene%bases(table%groups_to_list('base', 0)))
+      do k = 1, size(scene%bases)
+         call table%open_numbered('base', k, scene%has_bases)
+         if (.not. table%lists_names) cycle
+         associate (base => scene%bases(k))
+            call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, ' &
+               //'D the unit of displacement', range_t(0.0_wp, 1.0e12_wp), &
+               sweep=sweep_t(first_parameter + 6, is_in_cases=.true., may_change_in_motion=.true.)), &
+               in_units_t('gravity', 'acceleration', 'gravity, length over time squared'))
+            call table%bind(base%quantity, name_t('quantity', 'given motion of clamp, stops and supports, besides ' &
+               //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), &
+               base_names)
+            call table%bind(base%course%kind, name_t('kind', 'course in time'), course_names)
+            call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
+               //'displacement over D, D the unit of displacement; factor of a table', load_range, &
+               default='none: give one, or gravity', &
+               sweep=sweep_t(first_parameter, is_in_cases=.true., may_change_in_motion=.true.)), &
+               in_units_t('amplitude', 'acceleration', 'acceleration or displacement up; factor of a table in units', &
+               signed_range))
+            call list_course(table, base%course, first_parameter)
+         end associate
+      end do
+      if (.not. scene%has_bases) deallocate (scene%bases)
+   end subroutine list_bases
 
    !> Check loads and start, and read tables of loads. Problems are reported to `input`.
    subroutine resolve_loads(input, table, scene)

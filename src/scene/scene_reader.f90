@@ -101,11 +101,16 @@ contains
       character(:), allocatable, intent(out) :: problem
 
       type(namelist_t) :: namelist
-      integer :: line
+      character(:), allocatable :: name
+      integer :: i, line
 
       scene%file = file
       scene%text = text
-      scene%name = name_of_file(file)
+      ! name of the file without folders and extension
+      name = file(index(file, '/', back=.true.) + 1:)
+      i = index(name, '.', back=.true.)
+      if (i > 1) name = name(:i - 1)
+      scene%name = name
       call parse_namelist(text, namelist, line, problem)
       if (allocated(problem)) then
          problem = file//':'//to_text(line)//': '//problem
@@ -394,17 +399,5 @@ contains
       if (scene%wants_spectrum) spacing = scene%spectrum%frequency_spacing(min(scene%spectrum%end, &
          end_of_run(scene%response)) - scene%spectrum%start)
    end function spacing_of_spectrum
-
-   !> Name of a file without folders and extension.
-   pure function name_of_file(file) result(name)
-      character(*), intent(in) :: file
-      character(:), allocatable :: name
-
-      integer :: i
-
-      name = file(index(file, '/', back=.true.) + 1:)
-      i = index(name, '.', back=.true.)
-      if (i > 1) name = name(:i - 1)
-   end function name_of_file
 
 end module scene_reader

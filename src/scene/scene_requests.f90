@@ -9,10 +9,10 @@ module scene_requests
    use number_text, only: rounded, to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_frequency, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
-      relay_settings_t, response_settings_t, statistics_settings_t
+      response_settings_t
    use scene_input, only: scene_input_t
    use scene_spectrum, only: list_spectrum, resolve_spectrum
-   use scene_types, only: base_group_t, frequency_response_settings_t, scene_t
+   use scene_types, only: base_group_t, scene_t
    use sweep_settings, only: is_swept
    use value_rules, only: duration_range, instant_range, range_t
    implicit none (type, external)
@@ -37,10 +37,38 @@ contains
       select case (group)
       case ('statistics')
          call table%open(group_t(group), scene%wants_statistics)
-         if (table%lists_names) call list_statistics(table, scene%statistics)
+         if (.not. table%lists_names) return
+         associate (statistics => scene%statistics)
+            call table%bind(statistics%start, name_t('start', &
+               'start of the part that is evaluated, tau: after the initial transient', instant_range), &
+               in_units_t('start_time', 'time', 'the same in time'))
+            call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
+               default='that of the run', is_optional=.true.), in_units_t('end_time', 'time', 'the same in time'))
+            call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length: the half width of ' &
+               //'the 95 % interval of a value follows from the scatter of its values in the blocks; 1: no intervals', &
+               range_t(1, 10000)))
+            call table%bind(statistics%rest, name_t('rest', 'contacts that follow each other after a shorter time, ' &
+               //'tau, count as one impact, as after a flight below hop_tolerance; 0: each counts', instant_range), &
+               in_units_t('rest_time', 'time', 'the same in time'))
+            call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant ' &
+               //'stop must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)), &
+               in_units_t('force_threshold', 'force', 'the same as a force'))
+            call table%bind(statistics%classes, &
+               name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
+            call table%bind(statistics%acceleration, &
+               name_t('acceleration', 'RMS and extremes of the accelerations of stops and tip too'))
+         end associate
       case ('relay')
          call table%open(group_t(group), scene%wants_relay)
-         if (table%lists_names) call list_relay(table, scene%relay)
+         if (.not. table%lists_names) return
+         associate (relay => scene%relay)
+            call table%bind(relay%lasting_force, name_t('lasting_force_ratio', 'Pbar; measure force_lasts is the ' &
+               //'instant from which the contact force stays at least as large', range_t(0.0_wp, 1.0e12_wp), &
+               default='none', is_optional=.true.), in_units_t('lasting_force', 'force', 'the same as a force'))
+            call table%bind(relay%shortest_opening, name_t('shortest_opening', 'openings of the contact that are ' &
+               //'shorter, tau, are no bounces: the contact counts as closed meanwhile', instant_range), &
+               in_units_t('shortest_opening_time', 'time', 'the same in time'))
+         end associate
       case ('poincare')
          call table%open(group_t(group), scene%wants_poincare)
          if (table%lists_names) call list_poincare(table, scene%poincare)
@@ -49,7 +77,17 @@ contains
          if (table%lists_names) call list_orbit(table, scene%orbit)
       case ('frequency_response')
          call table%open(group_t(group), scene%wants_frequency_response)
-         if (table%lists_names) call list_frequency_response(table, scene%frequency_response)
+         if (.not. table%lists_names) return
+         associate (settings => scene%frequency_response)
+            call table%bind(settings%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency ' &
+               //'of the harmonic loads, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
+               default='none: give one'), &
+               in_units_t('frequency_range', 'frequency', 'the same in cycles per unit of time'))
+            call table%bind(settings%points, &
+               name_t('points', 'number of frequencies in this range', range_t(2, 1000000)))
+            call table%bind(settings%is_logarithmic, name_t('logarithmic', 'distribute the frequencies evenly on a ' &
+               //'logarithmic scale'))
+         end associate
       case ('spectrum')
          call table%open(group_t(group), scene%wants_spectrum)
          if (table%lists_names) call list_spectrum(table, scene%spectrum)
@@ -69,43 +107,6 @@ contains
       if (scene%wants_frequency_response .and. .not. input%has_problem()) call resolve_frequency_response(input, scene)
       if (scene%wants_spectrum .and. .not. input%has_problem()) call resolve_spectrum(input, scene)
    end subroutine resolve_requests
-
-   !> List the names of &statistics in the table, and bind them to the components of the scene.
-   subroutine list_statistics(table, statistics)
-      class(table_t), intent(inout) :: table
-      type(statistics_settings_t), intent(inout) :: statistics
-
-      call table%bind(statistics%start, name_t('start', &
-         'start of the part that is evaluated, tau: after the initial transient', instant_range), &
-         in_units_t('start_time', 'time', 'the same in time'))
-      call table%bind(statistics%end, name_t('end', 'end of the part that is evaluated, tau', duration_range, &
-         default='that of the run', is_optional=.true.), in_units_t('end_time', 'time', 'the same in time'))
-      call table%bind(statistics%blocks, name_t('blocks', 'number of blocks of equal length: the half width of the ' &
-         //'95 % interval of a value follows from the scatter of its values in the blocks; 1: no intervals', &
-         range_t(1, 10000)))
-      call table%bind(statistics%rest, name_t('rest', 'contacts that follow each other after a shorter time, tau, ' &
-         //'count as one impact, as after a flight below hop_tolerance; 0: each counts', instant_range), &
-         in_units_t('rest_time', 'time', 'the same in time'))
-      call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a contact with a compliant stop ' &
-         //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)), &
-         in_units_t('force_threshold', 'force', 'the same as a force'))
-      call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
-      call table%bind(statistics%acceleration, name_t('acceleration', 'RMS and extremes of the accelerations of ' &
-         //'stops and tip too'))
-   end subroutine list_statistics
-
-   !> List the names of &relay in the table, and bind them to the components of the scene.
-   subroutine list_relay(table, relay)
-      class(table_t), intent(inout) :: table
-      type(relay_settings_t), intent(inout) :: relay
-
-      call table%bind(relay%lasting_force, name_t('lasting_force_ratio', 'Pbar; measure force_lasts is the instant ' &
-         //'from which the contact force stays at least as large', range_t(0.0_wp, 1.0e12_wp), default='none', &
-         is_optional=.true.), in_units_t('lasting_force', 'force', 'the same as a force'))
-      call table%bind(relay%shortest_opening, name_t('shortest_opening', 'openings of the contact that are shorter, ' &
-         //'tau, are no bounces: the contact counts as closed meanwhile', instant_range), &
-         in_units_t('shortest_opening_time', 'time', 'the same in time'))
-   end subroutine list_relay
 
    !> Check that the interval of &statistics is within the run. Problems are reported to `input`.
    subroutine resolve_statistics(input, scene)
@@ -184,6 +185,9 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'poincare'
+      ! phase of the first section as a fraction of the period, above 0 and at most 1, because there is no section at
+      ! tau = 0
+      real(wp) :: first_phase
       integer :: loads
 
       loads = size(harmonic_frequencies(scene))
@@ -201,10 +205,12 @@ contains
             (scene%sweep%swept%parameter%name_in_group == 'duration' .or. &
             scene%sweep%swept%parameter%name_in_group == 'duration_time'))
          call set_period(scene, poincare, response)
+         first_phase = modulo(poincare%phase, 1.0_wp)
+         if (first_phase <= 0.0_wp) first_phase = 1.0_wp
          if (poincare%period <= 0.0_wp) then
             call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &
                //'slowest: give load, the one that gives the period')
-         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_section_phase(poincare))) then
+         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_phase)) then
             call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
                //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
          else if (poincare%sets_duration) then
@@ -226,15 +232,6 @@ contains
       if (length > duration_range%maximum) call input%complain(group, names, 'the periods of the load last '// &
          rounded(length)//' (tau): at most '//to_text(duration_range%maximum)//' are computed')
    end subroutine check_length
-
-   !> Phase of the first Poincare section as a fraction of the period, above 0 and at most 1, because there is no
-   !> section at tau = 0.
-   pure real(wp) function first_section_phase(poincare) result(fraction)
-      type(poincare_settings_t), intent(in) :: poincare
-
-      fraction = modulo(poincare%phase, 1.0_wp)
-      if (fraction <= 0.0_wp) fraction = 1.0_wp
-   end function first_section_phase
 
    !> Find the period of the load that &poincare chooses, or the common period of all loads, and the duration of the run
    !> if it follows from the number of Poincare sections. In that case Newmark's step, or any step longer than the
@@ -380,19 +377,6 @@ contains
       answer = .true.
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
    end function is_zero_load
-
-   !> List the names of &frequency_response in the table, and bind them to the components of the scene.
-   subroutine list_frequency_response(table, settings)
-      class(table_t), intent(inout) :: table
-      type(frequency_response_settings_t), intent(inout) :: settings
-
-      call table%bind(settings%range, name_t('frequency_ratio_range', 'minimum and maximum circular frequency of the ' &
-         //'harmonic loads, over omega1', range_t(0.0_wp, 1.0e6_wp, excludes_minimum=.true.), &
-         default='none: give one'), in_units_t('frequency_range', 'frequency', 'the same in cycles per unit of time'))
-      call table%bind(settings%points, name_t('points', 'number of frequencies in this range', range_t(2, 1000000)))
-      call table%bind(settings%is_logarithmic, name_t('logarithmic', 'distribute the frequencies evenly on a ' &
-         //'logarithmic scale'))
-   end subroutine list_frequency_response
 
    !> Check &frequency_response: it requires a range of frequencies and harmonic loads. Problems are reported to
    !> `input`.

@@ -215,14 +215,11 @@ contains
       !> Scene with resolved loads
       type(scene_t), intent(inout) :: scene
 
-      character(:), allocatable :: problem
-
       if (scene%wants_response) call check_response(input, scene%response)
       call resolve_requests(input, table, scene)
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene)
       if (scene%wants_statistics) call resolve_statistics(input, scene)
-      problem = problem_with_damping(scene)
-      if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
+      if (problem_with_damping(scene) /= '') call input%complain('damping', 'mode_ratios', problem_with_damping(scene))
    end subroutine resolve_motion
 
    !> Reason why damping ratios of single modes are not possible with Newmark's method on the mesh of a scene; empty:

@@ -5,7 +5,7 @@ module scene_root_and_masses
    use load_settings, only: start_release
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, in_units_t, name_t, sweep_t
-   use root_and_mass_settings, only: mass_settings_t, root_names, root_pinned
+   use root_and_mass_settings, only: root_names, root_pinned
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use value_rules, only: off_root_range, range_t, stiffness_range
@@ -34,16 +34,15 @@ contains
             //'freely about it'), root_names)
          call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', 'k / (3 E Ibar / L) of a ' &
             //'spring against rotation', stiffness_range, elastic_clamp, default='none: it does not turn', &
-            is_optional=.true., sweep=sweep_t(20, changes_beam=.true., is_in_cases=.true., &
-            name='root_rotation_stiffness_ratio')), &
+            is_optional=.true., &
+            sweep=sweep_t(20, changes_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')), &
             in_units_t('rotation_stiffness', 'rotational_stiffness', 'the same, moment over angle', &
             swept_as='root_rotation_stiffness'))
          call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', 'k / (3 E Ibar / ' &
             //'L^3) of a spring against displacement', stiffness_range, elastic_clamp, &
             default='none: it does not move', is_optional=.true., sweep=sweep_t(21, changes_beam=.true., &
-            is_in_cases=.true., name='root_translation_stiffness_ratio')), &
-            in_units_t('translation_stiffness', 'stiffness', 'the same, force over length', &
-            swept_as='root_translation_stiffness'))
+            is_in_cases=.true., name='root_translation_stiffness_ratio')), in_units_t('translation_stiffness', &
+            'stiffness', 'the same, force over length', swept_as='root_translation_stiffness'))
       end associate
    end subroutine list_root
 
@@ -53,35 +52,26 @@ contains
       !> The scene; its masses are bound
       type(scene_t), intent(inout) :: scene
 
-      type(mass_settings_t), allocatable :: masses(:)
-      integer :: number, k
+      integer :: k
 
-      number = 0
-      if (allocated(scene%masses)) number = size(scene%masses)
-      number = table%groups_to_list('mass', number)
-      allocate (masses(number))
-      if (allocated(scene%masses)) masses(:) = scene%masses
-      do k = 1, number
+      if (.not. allocated(scene%masses)) allocate (scene%masses(table%groups_to_list('mass', 0)))
+      do k = 1, size(scene%masses)
          call table%open_numbered('mass', k, scene%has_masses)
-         if (table%lists_names) call list_mass(table, masses(k))
+         if (.not. table%lists_names) cycle
+         associate (mass => scene%masses(k))
+            call table%bind(mass%position, name_t('position', 'position of the mass over length', off_root_range, &
+               sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)), &
+               in_units_t('position_length', 'length', 'the same as a length from the root'))
+            call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
+               sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
+            call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', 'J / (rho Abar L^3), J: moment ' &
+               //'of inertia of the mass about the axis of bending', mass_range, &
+               sweep=sweep_t(19, changes_beam=.true., is_in_cases=.true.)), &
+               in_units_t('rotary_inertia', 'rotary_inertia', 'J, mass times length squared'))
+         end associate
       end do
-      if (scene%has_masses) call move_alloc(masses, scene%masses)
+      if (.not. scene%has_masses) deallocate (scene%masses)
    end subroutine list_masses
-
-   !> List the names of one &mass in the table, and bind them to the components of the scene.
-   subroutine list_mass(table, mass)
-      class(table_t), intent(inout) :: table
-      type(mass_settings_t), intent(inout) :: mass
-
-      call table%bind(mass%position, name_t('position', 'position of the mass over length', off_root_range, &
-         sweep=sweep_t(17, changes_beam=.true., is_in_cases=.true.)), &
-         in_units_t('position_length', 'length', 'the same as a length from the root'))
-      call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
-         sweep=sweep_t(18, changes_beam=.true., is_in_cases=.true.)), in_units_t('mass', 'mass', 'mass'))
-      call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', 'J / (rho Abar L^3), J: moment of ' &
-         //'inertia of the mass about the axis of bending', mass_range, sweep=sweep_t(19, changes_beam=.true., &
-         is_in_cases=.true.)), in_units_t('rotary_inertia', 'rotary_inertia', 'J, mass times length squared'))
-   end subroutine list_mass
 
    !> Check the start of a beam with a pinned root and without supports: a release needs a static shape, which a beam
    !> that turns freely does not have. Problems are reported to `input`.

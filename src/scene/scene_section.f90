@@ -115,7 +115,13 @@ contains
          if (input%has_problem()) return
          call find_dimensions(input, section)
          if (input%has_problem()) return
-         if (allocated(section%station)) call fit_to_stations(section)
+         if (allocated(section%station)) then
+            ! dimensions with one value get one value for each station
+            section%first = spread_to(section%first, size(section%station))
+            section%second = spread_to(section%second, size(section%station))
+            if (allocated(section%outer_fibre)) section%outer_fibre = spread_to(section%outer_fibre, &
+               size(section%station))
+         end if
          if (section%profile == profile_cubic .and. allocated(section%station)) call check_spline(input, section)
          if (section%shape == shape_tube) then
             if (any(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)))) call input%complain('section', &
@@ -234,17 +240,6 @@ contains
       end subroutine check
 
    end subroutine check_dimensions
-
-   !> Expand dimensions with one value to one value for each station.
-   pure subroutine fit_to_stations(section)
-      type(section_settings_t), intent(inout) :: section
-
-      associate (stations => size(section%station))
-         section%first = spread_to(section%first, stations)
-         section%second = spread_to(section%second, stations)
-         if (allocated(section%outer_fibre)) section%outer_fibre = spread_to(section%outer_fibre, stations)
-      end associate
-   end subroutine fit_to_stations
 
    !> Names of the dimensions of a shape, separated by blanks.
    pure function dimension_names_of(shape) result(names)

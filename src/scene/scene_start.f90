@@ -36,15 +36,15 @@ contains
       call table%bind(start%mode, name_t('mode', 'which mode of the free beam', range_t(1, 1000), with_mode, &
          sweep=sweep_t(53, is_in_cases=.true., name='start_mode')))
       call table%bind(start%velocity, name_t('velocity_ratio', 'velocity up, in a rotation or mode that of the tip, ' &
-         //'after a drop that of the fall down, over D omega1', load_range, moving, sweep=sweep_t(50, &
-         is_in_cases=.true., name='start_velocity_ratio')), &
-         in_units_t('velocity', 'velocity', 'the same, length over time', signed_range, swept_as='start_velocity'))
+         //'after a drop that of the fall down, over D omega1', load_range, moving, &
+         sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')), in_units_t('velocity', 'velocity', &
+         'the same, length over time', signed_range, swept_as='start_velocity'))
       call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
          load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')), &
          in_units_t('displacement', 'displacement', 'the same, length', signed_range, swept_as='start_displacement'))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &
-         default='none: velocity as given', is_optional=.true., sweep=sweep_t(52, is_in_cases=.true., &
-         name='start_height_ratio')), &
+         default='none: velocity as given', is_optional=.true., &
+         sweep=sweep_t(52, is_in_cases=.true., name='start_height_ratio')), &
          in_units_t('height', 'displacement', 'height of the fall, length', swept_as='start_height'))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', point_range, &
          tabulated, is_optional=.true.))

@@ -11,7 +11,7 @@ module scene_stops
    use run_settings, only: impulse_names, impulse_nodal, law_table, law_restitution, side_above, &
       side_below, side_both, side_names, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: all_stops, scales_t, scene_t, support_motion_names, support_settings_t
+   use scene_types, only: all_stops, scales_t, scene_t, support_motion_names
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: needs_displacement, entries_in_units
    use value_rules, only: off_root_range, range_t, range_text, stiffness_range
@@ -132,10 +132,9 @@ contains
          in_units_t(prefix//'stiffness', 'stiffness', 'spring k, force over indentation near the force that occurs; ' &
          //'of a sphere of radius R by Hertz (6 E*^2 R F)^(1/3)'))
       call table%bind(stop%branch_ratio, name_t(prefix//'branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(first + 2, is_in_cases=.true., &
-         may_change_in_motion=.true.)), &
-         in_units_t(prefix//'branch_stiffness', 'stiffness', 'spring beta k, force over length', relative_to=prefix &
-         //'stiffness'))
+         range_t(0.0_wp, 1.0e6_wp), three_element, &
+         sweep=sweep_t(first + 2, is_in_cases=.true., may_change_in_motion=.true.)), in_units_t(prefix &
+         //'branch_stiffness', 'stiffness', 'spring beta k, force over length', relative_to=prefix//'stiffness'))
       call table%bind(stop%damper_ratio, name_t(prefix//'damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the ' &
          //'branch or beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), compliant, sweep=sweep_t(first + 3, &
          is_in_cases=.true., may_change_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')), &
@@ -149,35 +148,25 @@ contains
       !> The scene; its supports are bound
       type(scene_t), intent(inout) :: scene
 
-      type(support_settings_t), allocatable :: supports(:)
-      integer :: number, k
+      integer :: k
 
-      number = 0
-      if (allocated(scene%supports)) number = size(scene%supports)
-      number = table%groups_to_list('support', number)
-      allocate (supports(number))
-      if (allocated(scene%supports)) supports(:) = scene%supports
-      do k = 1, number
+      if (.not. allocated(scene%supports)) allocate (scene%supports(table%groups_to_list('support', 0)))
+      do k = 1, size(scene%supports)
          call table%open_numbered('support', k, scene%has_supports)
-         if (table%lists_names) call list_support(table, supports(k))
+         if (.not. table%lists_names) cycle
+         associate (support => scene%supports(k))
+            call table%bind(support%position, name_t('position', 'position of the support over length', &
+               off_root_range, sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)), &
+               in_units_t('position_length', 'length', 'the same as a length from the root'))
+            call table%bind(support%motion, name_t('motion', 'which of both it holds at zero'), support_motion_names)
+            call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', 'k / (3 E Ibar / L^3) of its spring, ' &
+               //'against rotation k / (3 E Ibar / L)', stiffness_range, default='none: rigid', is_optional=.true., &
+               sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)), &
+               in_units_t('stiffness', 'stiffness', 'spring, force over length, or moment over angle'))
+         end associate
       end do
-      if (scene%has_supports) call move_alloc(supports, scene%supports)
+      if (.not. scene%has_supports) deallocate (scene%supports)
    end subroutine list_supports
-
-   !> List the names of one &support in the table, and bind them to the components of the scene.
-   subroutine list_support(table, support)
-      class(table_t), intent(inout) :: table
-      type(support_settings_t), intent(inout) :: support
-
-      call table%bind(support%position, name_t('position', 'position of the support over length', off_root_range, &
-         sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)), &
-         in_units_t('position_length', 'length', 'the same as a length from the root'))
-      call table%bind(support%motion, name_t('motion', 'which of both it holds at zero'), support_motion_names)
-      call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', 'k / (3 E Ibar / L^3) of its spring, ' &
-         //'against rotation k / (3 E Ibar / L)', stiffness_range, default='none: rigid', is_optional=.true., &
-         sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)), &
-         in_units_t('stiffness', 'stiffness', 'spring, force over length, or moment over angle'))
-   end subroutine list_support
 
    !> Find the stop from which the beam is released and the unit of displacement D. For a beam that is released above a
    !> stop, D is y_c(0) - d, the initial distance of the beam from the surface of this stop: `initial_height` minus

@@ -169,8 +169,9 @@ contains
       ! the cases of a sweep may have different stops
       do k = merge(size(stops) + 1, 2, scene%wants_sweep .or. scene%wants_cases), size(stops)
          do j = 1, k - 1
-            if (are_identical(stops(j), stops(k))) call add_warning(scene, warning_identical_stops, &
-               '&stop number '//to_text(k) &
+            if (stops(j)%side /= stops(k)%side .or. stops(j)%law /= stops(k)%law .or. &
+               stops(j)%impulse /= stops(k)%impulse .or. any(abs(numbers(stops(j)) - numbers(stops(k))) > 0.0_wp)) cycle
+            call add_warning(scene, warning_identical_stops, '&stop number '//to_text(k) &
                //' is identical to &stop number '//to_text(j))
          end do
       end do
@@ -247,15 +248,6 @@ contains
       end if
       scene%warnings = [scene%warnings, warning_t(kind, text)]
    end subroutine add_warning
-
-   !> Whether two stops have the same position, side and law.
-   pure logical function are_identical(first, second) result(answer)
-      type(stop_settings_t), intent(in) :: first
-      type(stop_settings_t), intent(in) :: second
-
-      answer = first%side == second%side .and. first%law == second%law .and. first%impulse == second%impulse .and. &
-         all(abs(numbers(first) - numbers(second)) <= 0.0_wp)
-   end function are_identical
 
    !> Position, preload and parameters of the law of a stop.
    pure function numbers(stop)

@@ -178,6 +178,7 @@ contains
       type(sweep_settings_t), intent(inout) :: sweep
 
       integer, allocatable :: places(:)
+      character(name_length), allocatable :: names(:)
       type(name_t) :: name
       integer :: k
 
@@ -189,7 +190,12 @@ contains
       call table%bind(sweep%chunk_cases, name_t('part_cases', 'number of cases stored together', &
          range_t(1, 1000000), default='a 400th of the cases, 10 to 16384'))
       call find_parameters(table, places)
-      call list_carry(table, places, sweep)
+      allocate (names, source=parameter_names(table, places))
+      call table%bind(sweep%carry, name_t('carry', 'swept parameter; along its values each case starts from the ' &
+         //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), names)
+      call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
+         //'axis of the grid', default='none', is_optional=.true.), names)
+      call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
       ! allocated already: the scene has been read before, and keeps its values
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
       do k = 1, size(places)
@@ -224,23 +230,5 @@ contains
          end associate
       end do
    end subroutine list_sweep
-
-   !> List the names of &sweep in the table for parameters that vary together, and for chains, in which a case starts
-   !> from the final state of the preceding case.
-   subroutine list_carry(table, places, sweep)
-      class(table_t), intent(inout) :: table
-      !> Indices of the entries that are parameters
-      integer, intent(in) :: places(:)
-      type(sweep_settings_t), intent(inout) :: sweep
-
-      character(name_length) :: names(size(places))
-
-      names = parameter_names(table, places)
-      call table%bind(sweep%carry, name_t('carry', 'swept parameter; along its values each case starts from the ' &
-         //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), names)
-      call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
-         //'axis of the grid', default='none', is_optional=.true.), names)
-      call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
-   end subroutine list_carry
 
 end module sweep_names

@@ -7,7 +7,7 @@ module frequency_study
    use dsygv_solver, only: dsygv_modes
    use exact_frequencies, only: exact_lambda
    use failures, only: failure_t
-   use frequency_types, only: frequency_column_t, frequency_table_t
+   use frequency_types, only: frequency_table_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
    use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
@@ -23,7 +23,7 @@ module frequency_study
 
 contains
 
-   !> Fill the table of a scene.
+   !> Fill the table of a scene. If a solver fails, its column is empty and has the error message.
    subroutine frequency_table(scene, table, error)
       type(scene_t), intent(in) :: scene
       type(frequency_table_t), intent(out) :: table
@@ -43,9 +43,19 @@ contains
             if (allocated(error)) return
             do j = 1, size(group%solver)
                column = column + 1
-               call fill_column(model, group%solver(j), merge(group%count, default_mode_count, group%count > 0), &
-                  merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), solver_error)
-               rows = max(rows, size(table%columns(column)%lambda))
+               associate (filled => table%columns(column))
+                  filled%solver = trim(solver_names(group%solver(j)))
+                  filled%elements = model%mesh%elements
+                  ! 0 in the heading: the nodes are given
+                  filled%ratio = merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes))
+                  call solve_modes(model, group%solver(j), merge(group%count, default_mode_count, group%count > 0), &
+                     filled%lambda, solver_error)
+                  if (allocated(solver_error)) then
+                     filled%failure = solver_error%message
+                     filled%lambda = spread(0.0_wp, 1, 0)
+                  end if
+                  rows = max(rows, size(filled%lambda))
+               end associate
             end do
             if (i == 1 .and. scene%output%mode_shapes > 0) then
                call fill_shapes(model, group%solver(1), scene%output%mode_shapes, table, error)
@@ -159,30 +169,6 @@ contains
       modes = shapes(:, :count)
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine supported_modes
-
-   !> Fill the column of one solver on one mesh. If the solver fails, the column is empty and has the error message.
-   subroutine fill_column(model, solver, count, ratio, column, solver_error)
-      type(beam_model_t), intent(in) :: model
-      !> One of the `solver_` constants
-      integer, intent(in) :: solver
-      !> Number of requested modes
-      integer, intent(in) :: count
-      !> Ratio of neighbouring element lengths, for the heading; 0: the nodes are given
-      real(wp), intent(in) :: ratio
-      type(frequency_column_t), intent(out) :: column
-      !> Set if the solver fails
-      type(failure_t), allocatable, intent(out) :: solver_error
-
-      column%solver = trim(solver_names(solver))
-      column%elements = model%mesh%elements
-      column%ratio = ratio
-      call solve_modes(model, solver, count, column%lambda, solver_error)
-      if (allocated(solver_error)) then
-         column%failure = solver_error%message
-         if (allocated(column%lambda)) deallocate (column%lambda)
-         allocate (column%lambda(0))
-      end if
-   end subroutine fill_column
 
    !> Compute the mode shapes of one solver on one mesh at the nodes.
    subroutine fill_shapes(model, solver, count, table, error)

@@ -239,15 +239,28 @@ contains
       end do
    end function masses_of
 
-   !> The settings of the run of a scene.
+   !> The settings of the run of a scene; the contacts of its bodies are among the stops.
    pure type(run_settings_t) function run_settings_of(scene) result(settings)
       type(scene_t), intent(in) :: scene
+
+      type(stop_settings_t), allocatable :: stops(:)
 
       settings%zeta = scene%zeta
       settings%zeta_mass = scene%zeta_mass
       if (allocated(scene%mode_ratios)) settings%mode_ratios = scene%mode_ratios
       call set_loads(scene, settings)
-      call set_stops(scene, settings)
+      allocate (stops, source=stops_of_scene(scene))
+      settings%has_stop = size(stops) > 0
+      settings%stop = scene%stop
+      if (size(stops) > 0) settings%stop = stops(1)
+      if (size(stops) > 1) settings%more_stops = stops(2:)
+      if (allocated(scene%bodies)) then
+         settings%bodies = scene%bodies
+         settings%bodies%origin = origin_of(scene%bodies)
+      end if
+      ! the number of the stop from which the beam is released is 1 by default
+      if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
+         scene%release_stop)
       settings%response = scene%response
       if (scene%wants_statistics) settings%statistics = scene%statistics
       if (scene%wants_relay) settings%relay = scene%relay
@@ -287,27 +300,6 @@ contains
             p=1, size(at))])
       end associate
    end function places_beyond_jumps
-
-   !> Set the stops and the bodies; the contacts of bodies are among the stops.
-   pure subroutine set_stops(scene, settings)
-      type(scene_t), intent(in) :: scene
-      type(run_settings_t), intent(inout) :: settings
-
-      type(stop_settings_t), allocatable :: stops(:)
-
-      allocate (stops, source=stops_of_scene(scene))
-      settings%has_stop = size(stops) > 0
-      settings%stop = scene%stop
-      if (size(stops) > 0) settings%stop = stops(1)
-      if (size(stops) > 1) settings%more_stops = stops(2:)
-      if (allocated(scene%bodies)) then
-         settings%bodies = scene%bodies
-         settings%bodies%origin = origin_of(scene%bodies)
-      end if
-      ! the number of the stop from which the beam is released is 1 by default
-      if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
-         scene%release_stop)
-   end subroutine set_stops
 
    !> All stops of a scene, and after them the contacts of each body with the beam from below and from above, with its
    !> floor and with its ceiling. Runs count the coordinate of a body from its origin. With the body at its origin, a

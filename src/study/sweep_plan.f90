@@ -11,7 +11,7 @@ module sweep_plan
    use run_settings, only: method_newmark
    use scene_types, only: scene_t
    use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, is_swept, parameter_t, &
-      sweep_settings_t, swept_t, values_given
+      sweep_settings_t, values_given
    use sweep_spectra, only: spectrum_size
    implicit none (type, external)
    private
@@ -100,8 +100,14 @@ contains
             axes(axis_count)%maximum = maxval(values_given(sweep%swept(k)))
             if (sweep%design == design_latin_hypercube) then
                call draw_values(sweep%count, sweep%seed, axes(axis_count))
+            else if (allocated(sweep%swept(k)%list)) then
+               axes(axis_count)%values = sweep%swept(k)%list
             else
-               call list_values(sweep%swept(k), axes(axis_count))
+               ! evenly spaced values, the ends of which are exact
+               associate (axis => axes(axis_count), points => sweep%swept(k)%points)
+                  axis%values = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
+                     [(real(i - 1, wp)/real(points - 1, wp), i=1, points)])
+               end associate
             end if
             if (is_follower(sweep, k)) then
                ! index of the axis of the first of the parameters that are tied together
@@ -203,22 +209,6 @@ contains
       if (plan%goes_back) plan%cases = 2*plan%cases
       plan%chain = size(plan%axes(size(plan%axes))%values)
    end subroutine make_chains
-
-   !> Values of a list, or evenly spaced values of a range, whose ends are exact.
-   pure subroutine list_values(swept, axis)
-      type(swept_t), intent(in) :: swept
-      !> On entry with its range; on return with its values
-      type(axis_t), intent(inout) :: axis
-
-      integer :: i
-
-      if (allocated(swept%list)) then
-         axis%values = swept%list
-      else
-         axis%values = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
-            [(real(i - 1, wp)/real(swept%points - 1, wp), i=1, swept%points)])
-      end if
-   end subroutine list_values
 
    !> Draw one value in each of as many strata as there are cases, in random order.
    subroutine draw_values(cases, seed, axis)
