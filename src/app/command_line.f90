@@ -188,8 +188,10 @@ contains
       !> Set if the value is missing or invalid, or the option was given before
       type(failure_t), allocatable, intent(inout) :: error
 
+      ! maximum number of threads, and of its digits
+      integer, parameter :: max_threads = 4096, max_digits = 4
       character(:), allocatable :: option, value, word
-      integer :: equals_sign
+      integer :: equals_sign, number
 
       word = arguments(i)%text
       equals_sign = index(word, '=')
@@ -209,7 +211,15 @@ contains
       options = options//option//' '
       select case (option)
       case ('--threads')
-         call read_threads(value, command%threads, error)
+         number = 0
+         if (len(value) >= 1 .and. len(value) <= max_digits .and. verify(value, '0123456789') == 0) then
+            read (value, '(i4)') number
+         end if
+         if (number < 1 .or. number > max_threads) then
+            call fail(error, status_bad_input, '--threads '//value//': must be a whole number from 1 to 4096')
+         else
+            command%threads = number
+         end if
       case ('--out')
          command%folder = value
       case ('--format')
@@ -222,29 +232,6 @@ contains
             option//' '//value//': must be '//description_of_values(option))
       end select
    end subroutine read_value
-
-   !> Read a number of threads.
-   pure subroutine read_threads(word, threads, error)
-      !> Text of the argument
-      character(*), intent(in) :: word
-      !> Number of threads, unchanged if `word` is invalid
-      integer, intent(inout) :: threads
-      !> Set if `word` is not a valid number
-      type(failure_t), allocatable, intent(inout) :: error
-
-      integer, parameter :: max_threads = 4096, max_digits = 4
-      integer :: number
-
-      number = 0
-      if (len(word) >= 1 .and. len(word) <= max_digits .and. verify(word, '0123456789') == 0) then
-         read (word, '(i4)') number
-      end if
-      if (number < 1 .or. number > max_threads) then
-         call fail(error, status_bad_input, '--threads '//word//': must be a whole number from 1 to 4096')
-      else
-         threads = number
-      end if
-   end subroutine read_threads
 
    !> Description of the values that an option may have.
    pure function description_of_values(option) result(words)

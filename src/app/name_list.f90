@@ -28,6 +28,7 @@ contains
       !> Set if there is no such group
       type(failure_t), allocatable, intent(inout) :: error
 
+      character, parameter :: line_end = new_line('a')
       type(reference_t), allocatable :: names(:)
       character(:), allocatable :: wanted
       integer, allocatable :: selected(:)
@@ -53,7 +54,12 @@ contains
       call replace_by_patterns(names)
       call refer_to_lists(names)
       if (is_markdown) then
-         text = in_markdown(names)
+         text = '| group | name | value | default | meaning |'//line_end//'|---|---|---|---|---|'//line_end
+         do i = 1, size(names)
+            text = text//'| `'//heading_of(names(i)%group)//'` | `'//names(i)%name//'` | ' &
+               //without_bars(names(i)%allowed)//' | '//names(i)%default//' | '//without_bars(names(i)%meaning)//' |' &
+               //line_end
+         end do
       else
          call open_text(unit, error)
          if (allocated(error)) return
@@ -175,22 +181,6 @@ contains
 
       heading = trim(merge(' ', '&', group == 'measures'))//group
    end function heading_of
-
-   !> A table of names in Markdown.
-   function in_markdown(names) result(text)
-      type(reference_t), intent(in) :: names(:)
-      character(:), allocatable :: text
-
-      character, parameter :: line_end = new_line('a')
-      integer :: i
-
-      text = '| group | name | value | default | meaning |'//line_end//'|---|---|---|---|---|'//line_end
-      do i = 1, size(names)
-         text = text//'| `'//heading_of(names(i)%group)//'` | `'//names(i)%name//'` | ' &
-            //without_bars(names(i)%allowed)//' | '//names(i)%default//' | '//without_bars(names(i)%meaning)//' |' &
-            //line_end
-      end do
-   end function in_markdown
 
    !> A text for a cell of a table, with bars escaped because they would end the cell.
    pure function without_bars(text) result(cell)

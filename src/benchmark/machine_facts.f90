@@ -1,11 +1,11 @@
 !> Conditions on which a timing depends besides the program (processor, compiler, build), and the memory of the process.
 !> Processor and memory are read from /proc if the system has it.
 module machine_facts
-   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
+   use, intrinsic :: iso_fortran_env, only: compiler_options
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: processor_name, compiler_name, options_of_compiler, kind_of_build, peak_memory, reset_peak_memory
+   public :: processor_name, options_of_compiler, kind_of_build, peak_memory, reset_peak_memory
 
    !> Maximum length of a line of the files in /proc.
    integer, parameter :: line_length = 256
@@ -25,13 +25,6 @@ contains
 
       name = value_in('/proc/cpuinfo', 'model name')
    end function processor_name
-
-   !> Name and version of the compiler.
-   function compiler_name() result(name)
-      character(:), allocatable :: name
-
-      name = compiler_version()
-   end function compiler_name
 
    !> Options of the compiler, without those that contain folders.
    function options_of_compiler() result(options)
@@ -104,7 +97,7 @@ contains
       character(:), allocatable :: value
 
       character(line_length) :: line
-      integer :: unit, status
+      integer :: i, unit, status
 
       value = ''
       open (newunit=unit, file=file, status='old', action='read', iostat=status)
@@ -113,23 +106,14 @@ contains
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
          if (index(line, name) /= 1) cycle
-         value = trim(adjustl(replace_tabs(line(index(line, ':') + 1:))))
+         line = line(index(line, ':') + 1:)
+         do i = 1, len(line)
+            if (line(i:i) == achar(9)) line(i:i) = ' '
+         end do
+         value = trim(adjustl(line))
          exit
       end do
       close (unit, iostat=status)
    end function value_in
-
-   !> Replace tabulators by blanks.
-   pure function replace_tabs(text) result(replaced)
-      character(*), intent(in) :: text
-      character(len(text)) :: replaced
-
-      integer :: i
-
-      replaced = text
-      do i = 1, len(text)
-         if (text(i:i) == achar(9)) replaced(i:i) = ' '
-      end do
-   end function replace_tabs
 
 end module machine_facts

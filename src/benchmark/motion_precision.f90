@@ -330,18 +330,6 @@ contains
       call results_of(reference%response, horizon, balance, results, every)
    end subroutine find_reference_results
 
-   !> Strides by which two runs are sampled at the same instants; 0: there are no such strides.
-   pure function common_strides(step, other) result(every)
-      !> Interval of the samples of the one run, tau
-      real(wp), intent(in) :: step
-      !> Interval of the samples of the other run, tau
-      real(wp), intent(in) :: other
-      integer :: every(2)
-
-      every = max(1, nint([other/step, step/other]))
-      if (abs(real(every(1), wp)*step - real(every(2), wp)*other) > 1.0e-9_wp*other) every = 0
-   end function common_strides
-
    !> Compute the errors and the run time of an entry. If the run fails, the entry stores the reason.
    subroutine measure_entry(scene, horizon, reference, entry)
       type(scene_t), intent(in) :: scene
@@ -355,12 +343,16 @@ contains
       type(impulse_balance_t) :: balance
       type(run_results_t) :: results, exact
       type(task_t) :: task
-      ! strides of the samples of the entry and of the reference, so that both have the same instants
+      ! strides of the samples of the entry and of the reference, so that both have the same instants; 0: there are no
+      ! such strides
       integer :: every(2)
 
       if (entry%varied == varied_mesh) then
          call prepare_task(scene, entry%elements, task, error, with_modes=.true., mass=entry%mass)
-         every = common_strides(entry%step, reference%settings%step)
+         associate (step => entry%step, other => reference%settings%step)
+            every = max(1, nint([other/step, step/other]))
+            if (abs(real(every(1), wp)*step - real(every(2), wp)*other) > 1.0e-9_wp*other) every = 0
+         end associate
       else
          every = [1, 1]
          task%scene = scene

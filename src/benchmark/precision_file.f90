@@ -4,11 +4,12 @@
 !> them.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
+   use, intrinsic :: iso_fortran_env, only: compiler_version
    use failures, only: failure_t
    use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
-   use machine_facts, only: compiler_name, kind_of_build, options_of_compiler, processor_name
+   use machine_facts, only: kind_of_build, options_of_compiler, processor_name
    use motion_errors, only: motion_errors_t
    use number_text, only: to_text
    use precision_types, only: precision_t, varied_names, varied_step
@@ -39,7 +40,7 @@ contains
       call begin_results(root, expected_bytes, scene)
       group = root%group('precision')
       call group%attribute('processor', processor_name())
-      call group%attribute('compiler', compiler_name())
+      call group%attribute('compiler', compiler_version())
       call group%attribute('compiler_options', options_of_compiler())
       call group%attribute('build', kind_of_build())
       call group%attribute('clock_resolution', clock_resolution())

@@ -1,8 +1,9 @@
 !> Prints the tables of a precision study (run time against error of all methods).
 module precision_tables
+   use, intrinsic :: iso_fortran_env, only: compiler_version
    use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use kinds, only: wp
-   use machine_facts, only: compiler_name, kind_of_build, processor_name
+   use machine_facts, only: kind_of_build, processor_name
    use number_text, only: to_text
    use precision_types, only: motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_names, &
       varied_step
@@ -21,7 +22,7 @@ contains
       type(precision_t), intent(in) :: study
 
       write (unit, '(a)') scene%name//': '//scene%title
-      write (unit, '(2x, a)') processor_name()//', '//compiler_name()//', '//kind_of_build()
+      write (unit, '(2x, a)') processor_name()//', '//compiler_version()//', '//kind_of_build()
       if (allocated(study%runs)) call print_motion(unit, study)
       if (allocated(study%beam)) call print_fastest(unit, study)
       if (allocated(study%parts)) call print_parts(unit, study)

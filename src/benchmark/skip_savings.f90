@@ -81,6 +81,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(measured_savings_t) :: measured
+      type(skip_task_t) :: without, with
 
       allocate (measured%savings(0))
       call prepare_task(scene, scene%mesh%elements, measured%base, measured%error, with_modes=.true.)
@@ -88,7 +89,11 @@ contains
       measured%base%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       measured%base%action = task_motion
       if (scene%beam%shape == shape_taper) call measure_quadrature(measured)
-      call measure_eigen_solve(measured)
+      ! runs that share one computation of the modes, and runs that compute the modes each time
+      call copy(measured%base, with)
+      call copy(measured%base, without)
+      without%action = task_run
+      call compare_histories(measured, 'eigen-solve, shared by runs', without, with, with%settings%duration)
       call measure_mode_selection(measured, horizon)
       call measure_contact_modes(measured)
       call measure_output(measured)
@@ -121,18 +126,6 @@ contains
          relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
       call time_both(measured, without, with, saving)
    end subroutine measure_quadrature
-
-   !> Compare runs that share one computation of the modes with runs that compute the modes each time.
-   subroutine measure_eigen_solve(measured)
-      type(measured_savings_t), intent(inout) :: measured
-
-      type(skip_task_t) :: without, with
-
-      call copy(measured%base, with)
-      call copy(measured%base, without)
-      without%action = task_run
-      call compare_histories(measured, 'eigen-solve, shared by runs', without, with, with%settings%duration)
-   end subroutine measure_eigen_solve
 
    !> Compare the modes that the mode tolerance requires with all modes, for each mode tolerance of the scene or for the
    !> default.

@@ -28,7 +28,7 @@ contains
       type(failure_t), allocatable :: solver_error
       type(task_t) :: task
       real(wp), allocatable :: exact(:)
-      integer :: i, j, count, entry_index
+      integer :: i, j, count, entry_index, modes
 
       associate (requested => scene%frequencies)
          count = requested%count
@@ -57,30 +57,16 @@ contains
                   ! a mesh has two degrees of freedom, and so two modes, for each element
                   task%mode_count = min(count, 2*entry%elements)
                   call measure_time(task, scene%precision, entry%timing, solver_error)
-                  if (.not. allocated(solver_error)) call find_errors(task%lambda, exact, entry)
+                  if (allocated(solver_error) .or. .not. allocated(exact)) cycle
+                  modes = min(size(task%lambda), size(exact))
+                  if (modes == 0) cycle
+                  entry%first_error = abs(task%lambda(1)/exact(1) - 1.0_wp)
+                  entry%largest_error = maxval(abs(task%lambda(:modes)/exact(:modes) - 1.0_wp))
                end associate
             end do
          end do
       end associate
    end subroutine compare_solvers
-
-   !> Compute the relative errors of frequencies.
-   pure subroutine find_errors(lambda, exact, entry)
-      !> Computed lambda, [modes]
-      real(wp), intent(in) :: lambda(:)
-      !> Exact lambda, [modes]; unallocated: not known
-      real(wp), allocatable, intent(in) :: exact(:)
-      !> Entry; the errors are set
-      type(solver_entry_t), intent(inout) :: entry
-
-      integer :: modes
-
-      if (.not. allocated(exact)) return
-      modes = min(size(lambda), size(exact))
-      if (modes == 0) return
-      entry%first_error = abs(lambda(1)/exact(1) - 1.0_wp)
-      entry%largest_error = maxval(abs(lambda(:modes)/exact(:modes) - 1.0_wp))
-   end subroutine find_errors
 
    !> Number of elements beyond which the error of the first frequency no longer decreases, because rounding errors
    !> dominate; 0: the error decreases up to the finest mesh.

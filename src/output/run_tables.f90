@@ -329,7 +329,9 @@ contains
 
       type(table_t) :: table
       real(wp), dimension(measure_count, size(contacts)) :: rows, half_widths
-      integer :: blocks, i
+      character(:), allocatable :: unit_of_values
+      real(wp) :: factor
+      integer :: blocks, i, measure
 
       blocks = ubound(statistics%edge, 1)
       write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
@@ -347,8 +349,12 @@ contains
       call add_contacts(table, contacts)
       do i = 1, size(statistic_columns)
          call add_measures(table, statistic_columns(i:i), rows, units)
-         if (any(with_interval == statistic_columns(i)%measure)) call add_half_widths(measure_named( &
-            statistic_columns(i)%measure))
+         measure = measure_named(statistic_columns(i)%measure)
+         ! a rigid stop has no half widths of RMS forces
+         if (all(with_interval /= statistic_columns(i)%measure) .or. all(ieee_is_nan(half_widths(measure, :)))) cycle
+         call choose_prefix(maxval(abs(rows(measure, :)), mask=.not. ieee_is_nan(rows(measure, :))), &
+            unit_in(units, measure_table(measure)%quantity), factor, unit_of_values)
+         call add_numbers(table, '+-', factor*half_widths(measure, :), two_digits)
       end do
       if (load_period > 0.0_wp) then
          call add_numbers(table, 'amplitude', 0.5_wp*(rows(measure_named('maximum_displacement'), :) &
@@ -359,20 +365,6 @@ contains
       call print_table(unit, table)
 
    contains
-
-      !> Add the half widths of a measure, in the unit of the column before; a rigid stop has none of RMS forces.
-      subroutine add_half_widths(measure)
-         !> Index in `measure_table`
-         integer, intent(in) :: measure
-
-         character(:), allocatable :: unit_of_values
-         real(wp) :: factor
-
-         if (all(ieee_is_nan(half_widths(measure, :)))) return
-         call choose_prefix(maxval(abs(rows(measure, :)), mask=.not. ieee_is_nan(rows(measure, :))), &
-            unit_in(units, measure_table(measure)%quantity), factor, unit_of_values)
-         call add_numbers(table, '+-', factor*half_widths(measure, :), two_digits)
-      end subroutine add_half_widths
 
       !> Instant of an edge of the blocks in words.
       pure function instant(edge) result(words)

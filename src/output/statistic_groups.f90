@@ -1,7 +1,6 @@
 !> The group `statistics` of a results file: each statistic over all contacts together and of each contact, with
 !> confidence intervals and values of the blocks, and histograms of the impacts.
 module statistic_groups
-   use kinds, only: wp
    use measure_list, only: first_statistic, measure_table
    use number_text, only: to_text
    use quantity_groups, only: quantity_group_t
@@ -21,6 +20,7 @@ contains
       character(*), intent(in) :: names
 
       character(*), parameter :: along = 'surface', half_width_ending = '_half_width', block_ending = '_in_blocks'
+      type(quantity_group_t) :: histogram
       integer :: blocks, i, k, contacts
 
       blocks = size(statistics%in_block, 2)
@@ -50,27 +50,16 @@ contains
          end associate
       end do
       do k = 1, contacts
-         call write_classes(group%subgroup('surface_'//to_text(k)), statistics%has_finite_force(k), &
-            statistics%class_edge(:, k), statistics%class_count(:, k))
+         histogram = group%subgroup('surface_'//to_text(k))
+         if (statistics%has_finite_force(k)) then
+            call histogram%put('class', statistics%class_edge(:, k), 'force', &
+               'upper end of the class, maximum force of an impact', is_scale=.true.)
+         else
+            call histogram%put('class', statistics%class_edge(:, k), 'impulse', &
+               'upper end of the class, impulse of an impact', is_scale=.true.)
+         end if
+         call histogram%put('impacts', statistics%class_count(:, k), 'impacts in it; in the first: from 0 on', 'class')
       end do
    end subroutine write_statistics
-
-   !> Write the histogram of one contact.
-   subroutine write_classes(group, has_finite_force, edge, number)
-      type(quantity_group_t), intent(in) :: group
-      !> Whether the force of the contact is finite: the classes are of forces, else of impulses
-      logical, intent(in) :: has_finite_force
-      !> Upper ends of the classes
-      real(wp), contiguous, intent(in) :: edge(:)
-      !> Number of impacts in each class
-      integer, contiguous, intent(in) :: number(:)
-
-      if (has_finite_force) then
-         call group%put('class', edge, 'force', 'upper end of the class, maximum force of an impact', is_scale=.true.)
-      else
-         call group%put('class', edge, 'impulse', 'upper end of the class, impulse of an impact', is_scale=.true.)
-      end if
-      call group%put('impacts', number, 'impacts in it; in the first: from 0 on', 'class')
-   end subroutine write_classes
 
 end module statistic_groups

@@ -277,8 +277,13 @@ contains
       character(:), allocatable :: file, problem
 
       if (.not. table%has(group, 'table', which)) then
-         if (.not. (allocated(course%time) .and. allocated(course%value))) call input%complain(group, &
-            trim(merge('values', 'times ', allocated(course%value))), 'needs '//missing_names(course), which)
+         if (allocated(course%time) .and. .not. allocated(course%value)) then
+            call input%complain(group, 'times', 'needs values, as many as times', which)
+         else if (allocated(course%value) .and. .not. allocated(course%time)) then
+            call input%complain(group, 'values', 'needs times, as many as values', which)
+         else if (.not. allocated(course%value)) then
+            call input%complain(group, 'times', 'needs table, a file of times and values, or times and values', which)
+         end if
          return
       end if
       if (allocated(course%value)) then
@@ -289,20 +294,6 @@ contains
       call read_time_table(file, course%time, course%value, problem)
       if (allocated(problem)) call input%complain(group, 'table', problem, which)
    end subroutine fetch_table
-
-   !> Names that are missing in a table without a file, for messages.
-   pure function missing_names(course) result(names)
-      type(time_course_t), intent(in) :: course
-      character(:), allocatable :: names
-
-      if (allocated(course%time)) then
-         names = 'values, as many as times'
-      else if (allocated(course%value)) then
-         names = 'times, as many as values'
-      else
-         names = 'table, a file of times and values, or times and values'
-      end if
-   end function missing_names
 
    !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
    subroutine check_table(input, group, which, course)

@@ -324,6 +324,9 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'orbit'
+      ! amplitudes of all loads, and places of the harmonic loads among them
+      real(wp), allocatable :: amplitude(:)
+      integer, allocatable :: places(:)
       integer :: loads
       logical :: are_steady
 
@@ -348,7 +351,11 @@ contains
          else if (orbit%step > orbit%max_step) then
             call input%complain(group, 'step greatest_step', 'the first step must be at most the maximum')
          else if (orbit%varied /= vary_nothing) then
-            if (is_zero_load(scene, orbit%load)) call input%complain(group, 'load', &
+            amplitude = spread(0.0_wp, 1, 0)
+            if (scene%has_forces) amplitude = scene%forces%course%amplitude
+            if (scene%has_bases) amplitude = [amplitude, scene%bases%course%amplitude]
+            places = harmonic_loads(scene)
+            if (abs(amplitude(places(orbit%load))) <= 0.0_wp) call input%complain(group, 'load', &
                'the load that is to vary has no amplitude')
          end if
          if (input%has_problem()) return
@@ -361,22 +368,6 @@ contains
             real(max(orbit%periods, 1), wp)/merge(orbit%min_ratio, 1.0_wp, orbit%varied == vary_frequency)))
       end associate
    end subroutine resolve_orbit
-
-   !> Whether the amplitude of a harmonic load is zero. The numbers of loads count &force before &base.
-   pure logical function is_zero_load(scene, load) result(answer)
-      type(scene_t), intent(in) :: scene
-      !> Number of the load
-      integer, intent(in) :: load
-
-      real(wp), allocatable :: amplitude(:)
-
-      allocate (amplitude(0))
-      if (scene%has_forces) amplitude = scene%forces%course%amplitude
-      if (scene%has_bases) amplitude = [amplitude, scene%bases%course%amplitude]
-      amplitude = amplitude(harmonic_loads(scene))
-      answer = .true.
-      if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
-   end function is_zero_load
 
    !> Check &frequency_response: it requires a range of frequencies and harmonic loads. Problems are reported to
    !> `input`.

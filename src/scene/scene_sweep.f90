@@ -414,7 +414,16 @@ contains
          call input%complain('cases', '', 'needs values, one for each case')
       else
          call check_parameter(input, table, trim(scene%cases%parameter%name))
-         if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) call check_taper(input, scene)
+         if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) then
+            if (scene%beam%has_section) then
+               call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
+            else if (any(abs(scene%cases%list) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
+               ! a greater taper would give negative heights
+               call input%complain('cases', 'values', 'a taper must be at most ' &
+                  //rounded(2.0_wp*scene%scales%height_ratio) &
+                  //' in size, twice the mean height over the length (a full wedge)')
+            end if
+         end if
          scene%sweep%swept = [scene%cases]
       end if
    end subroutine resolve_cases
@@ -440,19 +449,6 @@ contains
          parameter//' goes with '//phrase_of(table, place, from_elsewhere=.true.))
       call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter
-
-   !> Check that tapers do not give negative heights.
-   subroutine check_taper(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(scene_t), intent(in) :: scene
-
-      if (scene%beam%has_section) then
-         call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
-      else if (any(abs(scene%cases%list) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
-         call input%complain('cases', 'values', 'a taper must be at most '//rounded(2.0_wp*scene%scales%height_ratio) &
-            //' in size, twice the mean height over the length (a full wedge)')
-      end if
-   end subroutine check_taper
 
    !> Report each quantity in the file whose value would not hold, because the varied entry determines the same
    !> quantity, or a quantity to which it refers (`lost_quantities`).

@@ -265,6 +265,8 @@ contains
       type(hdf5_source_t) :: source
       type(failure_t), allocatable :: error
       character(kind=c_char), allocatable :: bytes(:)
+      character(seal_length, kind=c_char) :: mark
+      integer(c_size_t) :: length
       real(wp), allocatable :: rows(:, :)
       integer, allocatable :: case(:)
       integer :: cases, failures, first, i, is_stored(measure_count)
@@ -275,11 +277,16 @@ contains
       allocate (chunk%values(size(plan%axes), cases), chunk%rows(measure_count, cases), case(cases))
       allocate (chunk%extras(plan%extras, cases))
       call load_file(plan%path//'/'//chunk_name(number), bytes, error)
-      is_good = .not. allocated(error)
-      if (is_good) is_good = is_sealed(bytes)
+      ! the checksum in the seal must be that of the bytes before it
+      is_good = .false.
+      if (allocated(error)) return
+      length = size(bytes, kind=c_size_t) - len(mark, kind=c_size_t)
+      if (length <= 0_c_size_t) return
+      mark = transfer(bytes(length + 1_c_size_t:), mark)
+      is_good = mark == seal(checksum(bytes, length))
       if (.not. is_good) return
       ! HDF5 reads the same bytes that were checked, not the file again
-      call source%open_bytes(bytes(:size(bytes) - seal_length))
+      call source%open_bytes(bytes(:length))
       call source%load('plan', found)
       call source%load('case', case)
       call source%load('parameters', chunk%values)
@@ -342,20 +349,5 @@ contains
          all_cases%reasons = [all_cases%reasons, chunk%reasons]
       end do
    end subroutine load_chunks
-
-   !> Whether the checksum in the seal of a chunk is that of its bytes.
-   logical function is_sealed(bytes) result(fits)
-      !> Bytes of the file, with the seal
-      character(kind=c_char), contiguous, intent(in) :: bytes(:)
-
-      character(seal_length, kind=c_char) :: mark
-      integer(c_size_t) :: length
-
-      length = size(bytes, kind=c_size_t) - len(mark, kind=c_size_t)
-      fits = length > 0_c_size_t
-      if (.not. fits) return
-      mark = transfer(bytes(length + 1_c_size_t:), mark)
-      fits = mark == seal(checksum(bytes, length))
-   end function is_sealed
 
 end module sweep_chunks

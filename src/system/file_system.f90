@@ -25,6 +25,22 @@ module file_system
    integer, parameter :: kind_folder = 2
    integer, parameter :: kind_link = 3
 
+   abstract interface
+      !> A function of the entry that a path names.
+      function path_function_t(path) bind(c) result(code)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: code
+      end function path_function_t
+   end interface
+
+   !> POSIX: remove a file.
+   procedure(path_function_t), bind(c, name='unlink') :: posix_unlink
+   ! functions that are documented in file_system_posix.c
+   procedure(path_function_t), bind(c) :: impactbeam_kind_of, impactbeam_make_folder, impactbeam_make_new_folder, &
+      impactbeam_remove_empty_folder
+
    interface
       !> POSIX: the number of this process.
       function posix_getpid() bind(c, name='getpid') result(process)
@@ -41,22 +57,7 @@ module file_system
          integer(c_int) :: answer
       end function posix_isatty
 
-      !> POSIX: remove a file.
-      function posix_unlink(path) bind(c, name='unlink') result(status)
-         import :: c_char, c_int
-         implicit none (type, external)
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: status
-      end function posix_unlink
-
       ! The following functions are documented in file_system_posix.c.
-      function impactbeam_make_folder(path) bind(c) result(code)
-         import :: c_char, c_int
-         implicit none (type, external)
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: code
-      end function impactbeam_make_folder
-
       function impactbeam_write_bytes(path, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
@@ -73,27 +74,6 @@ module file_system
          character(kind=c_char), intent(in) :: to(*)
          integer(c_int) :: code
       end function impactbeam_rename
-
-      function impactbeam_make_new_folder(path) bind(c) result(code)
-         import :: c_char, c_int
-         implicit none (type, external)
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: code
-      end function impactbeam_make_new_folder
-
-      function impactbeam_remove_empty_folder(path) bind(c) result(code)
-         import :: c_char, c_int
-         implicit none (type, external)
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: code
-      end function impactbeam_remove_empty_folder
-
-      function impactbeam_kind_of(path) bind(c) result(kind)
-         import :: c_char, c_int
-         implicit none (type, external)
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: kind
-      end function impactbeam_kind_of
 
       function impactbeam_read_bytes(path, follow_links, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t

@@ -18,22 +18,18 @@ module process
          type(c_ptr), value :: data
          type(c_ptr) :: nothing
       end function work_interface
+
+      !> A part of the preparation of this process.
+      subroutine preparation_t() bind(c)
+         implicit none (type, external)
+      end subroutine preparation_t
    end interface
 
+   ! procedures that are documented in process_posix.c
+   procedure(preparation_t), bind(c) :: impactbeam_reserve_streams, impactbeam_catch_signals, impactbeam_retain_memory
+
    interface
-      ! The following procedures are documented in process_posix.c.
-      subroutine impactbeam_reserve_streams() bind(c)
-         implicit none (type, external)
-      end subroutine impactbeam_reserve_streams
-
-      subroutine impactbeam_catch_signals() bind(c)
-         implicit none (type, external)
-      end subroutine impactbeam_catch_signals
-
-      subroutine impactbeam_retain_memory() bind(c)
-         implicit none (type, external)
-      end subroutine impactbeam_retain_memory
-
+      ! The following procedures are documented in process_posix.c, too.
       !> Call `work` on a stack of at least the default size.
       subroutine run_on_default_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
          import :: c_ptr, work_interface

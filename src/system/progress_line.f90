@@ -22,9 +22,10 @@ module progress_line
          type(c_ptr), value :: fraction
       end subroutine impactbeam_start_progress
 
-      subroutine impactbeam_stop_progress() bind(c)
+      !> Stop the progress line and erase it.
+      subroutine stop_progress() bind(c, name='impactbeam_stop_progress')
          implicit none (type, external)
-      end subroutine impactbeam_stop_progress
+      end subroutine stop_progress
 
       !> Number of columns of a terminal; 80 if unknown.
       function terminal_width(descriptor) bind(c, name='impactbeam_terminal_width') result(columns)
@@ -57,10 +58,5 @@ contains
          call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first, progress_address())
       end if
    end subroutine start_progress
-
-   !> Stop the progress line and erase it.
-   subroutine stop_progress()
-      call impactbeam_stop_progress()
-   end subroutine stop_progress
 
 end module progress_line
