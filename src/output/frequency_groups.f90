@@ -18,6 +18,7 @@ contains
 
       character(*), parameter :: column_coordinates = 'column_solver column_elements column_ratio'
       integer, parameter :: max_failure_length = 200
+      type(quantity_group_t) :: shapes
       character(name_length) :: solver(size(table%columns))
       ! why the solver of a column failed; empty: it succeeded
       character(max_failure_length) :: failure(size(table%columns))
@@ -67,27 +68,17 @@ contains
          call group%add('error', error, 'percent', 'error of lambda against the exact value', 'column mode')
          call group%attribute('coordinates', column_coordinates, 'error')
       end if
-      if (allocated(table%shape)) call write_mode_shapes(group%subgroup('shapes'), table)
-   end subroutine write_frequencies
-
-   !> Write the mode shapes on the first mesh of the table.
-   subroutine write_mode_shapes(group, table)
-      type(quantity_group_t), intent(in) :: group
-      type(frequency_table_t), intent(in) :: table
-
-      integer :: i
-
-      call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
-      call group%put('x', table%node, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
-      call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', &
-         'x mode')
-      if (allocated(table%shape_slope)) then
-         call group%put('slope', table%shape_slope, trim(merge('per_length', 'number    ', &
-            group%units%are_physical)), 'its derivative by {x/L~x}', 'x mode')
-      end if
-      call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
-      call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
+      if (.not. allocated(table%shape)) return
+      ! the mode shapes on the first mesh
+      shapes = group%subgroup('shapes')
+      call shapes%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
+      call shapes%put('x', table%node, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
+      call shapes%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', 'x mode')
+      if (allocated(table%shape_slope)) call shapes%put('slope', table%shape_slope, &
+         trim(merge('per_length', 'number    ', group%units%are_physical)), 'its derivative by {x/L~x}', 'x mode')
+      call shapes%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
+      call shapes%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
          'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
-   end subroutine write_mode_shapes
+   end subroutine write_frequencies
 
 end module frequency_groups

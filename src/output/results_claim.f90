@@ -3,7 +3,7 @@
 module results_claim
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: kind_file, kind_folder, kind_link, kind_nothing, kind_of, reason
+   use file_system, only: kind_file, kind_link, kind_nothing, kind_of, reason
    use hdf5_loading, only: hdf5_source_t
    use program_identity, only: program_name
    implicit none (type, external)
@@ -59,7 +59,9 @@ contains
       integer(c_size_t), parameter :: max_owner_length = 400_c_size_t
       character(max_owner_length, kind=c_char) :: owner
       character(:), allocatable :: lock, path
+      type(hdf5_source_t) :: file
       integer(c_int) :: code, descriptor
+      logical :: is_writable
 
       path = folder//'/'//name
       lock = folder//'/.'//name//'.lock'
@@ -68,7 +70,14 @@ contains
       case (0_c_int)
          claim%path = lock
          claim%descriptor = descriptor
-         if (.not. is_writable(path)) call refuse_foreign(path, 'a results file', error)
+         ! nothing may have the path, or a results file of the program
+         is_writable = kind_of(path) == kind_nothing
+         if (kind_of(path) == kind_file) then
+            call file%open_file(path)
+            is_writable = file%text_attribute('program') == program_name
+            call file%close_source()
+         end if
+         if (.not. is_writable) call refuse_foreign(path, 'a results file', error)
          if (allocated(error)) call release_results(claim)
       case (is_locked)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
@@ -98,38 +107,16 @@ contains
       !> The failure
       type(failure_t), allocatable, intent(inout) :: error
 
-      call fail(error, status_run_failed, "'"//path//"' is "//kind_in_words(path)//', and not '//wanted// &
+      character(*), parameter :: kinds(kind_file:kind_link) = [character(8) :: 'a file', 'a folder', 'a link']
+      character(:), allocatable :: words
+      integer :: kind
+
+      ! devices and pipes are no files in this sense
+      words = 'no file'
+      kind = kind_of(path)
+      if (kind >= kind_file .and. kind <= kind_link) words = trim(kinds(kind))
+      call fail(error, status_run_failed, "'"//path//"' is "//words//', and not '//wanted// &
          ' that impactbeam wrote; it stays as it is: move it away, or give another name or --out')
    end subroutine refuse_foreign
-
-   !> The kind of a file in words. Devices and pipes are no files in this sense.
-   function kind_in_words(path) result(words)
-      character(*), intent(in) :: path
-      character(:), allocatable :: words
-
-      select case (kind_of(path))
-      case (kind_file)
-         words = 'a file'
-      case (kind_folder)
-         words = 'a folder'
-      case (kind_link)
-         words = 'a link'
-      case default
-         words = 'no file'
-      end select
-   end function kind_in_words
-
-   !> Whether a results file may be written to the path: nothing has this path, or a results file of the program.
-   logical function is_writable(path) result(answer)
-      character(*), intent(in) :: path
-
-      type(hdf5_source_t) :: file
-
-      answer = kind_of(path) == kind_nothing
-      if (kind_of(path) /= kind_file) return
-      call file%open_file(path)
-      answer = file%text_attribute('program') == program_name
-      call file%close_source()
-   end function is_writable
 
 end module results_claim

@@ -137,7 +137,7 @@ contains
       !> Whether the scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
       logical, intent(in), optional :: has_window
 
-      character(:), allocatable :: heading
+      character(:), allocatable :: heading, window
       real(wp) :: row(measure_count)
       integer :: i
       ! the contact is rigid at a node with mass, so that its force has no extremes
@@ -161,20 +161,17 @@ contains
             .not. prints_absence(measures, i)) cycle
          if (.not. decays .and. any(i == [measure_settling, measure_decay])) cycle
          if (.not. shows_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
+         ! averaging time of the force of a rigid stop
+         window = ''
+         if (i == measure_mean_force) window = phrase(units, ' over the first ', 'time', force_window) &
+            //words_in(units, '{ of tau~}')//' of an episode'
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
-            //window_in_words(i))
+            //window)
       end do
       if (.not. ieee_is_nan(row(measure_tolerance))) call print_line(unit, 'extremes', &
          extremes_in_words(row(measure_tolerance:measure_tolerance)))
-      if (decays) call print_rebounds()
-      if (present(errors)) call print_line(unit, '', '+- discretisation error, by '//to_text(2*errors%elements(1)) &
-         //' and '//to_text(4*errors%elements(1))//' elements')
-
-   contains
-
-      !> Print the peaks of the first rebounds and the number of the others.
-      subroutine print_rebounds()
+      if (decays) then
          if (measures%rebounds == 0) call print_line(unit, heading, 'none')
          do i = 1, min(measures%rebounds, max_peaks)
             if (i == 2) heading = ''
@@ -185,18 +182,9 @@ contains
          end do
          if (measures%rebounds > max_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - max_peaks) &
             //' more')
-      end subroutine print_rebounds
-
-      !> Averaging time of the force of a rigid stop, such as ' over the first 12 ms of an episode'; else empty.
-      pure function window_in_words(measure) result(words)
-         !> Index in `measure_table`
-         integer, intent(in) :: measure
-         character(:), allocatable :: words
-
-         words = ''
-         if (measure == measure_mean_force) words = phrase(units, ' over the first ', 'time', force_window) &
-            //words_in(units, '{ of tau~}')//' of an episode'
-      end function window_in_words
+      end if
+      if (present(errors)) call print_line(unit, '', '+- discretisation error, by '//to_text(2*errors%elements(1)) &
+         //' and '//to_text(4*errors%elements(1))//' elements')
    end subroutine print_measures
 
    !> The error of the mesh of a measure, such as ' +- 3e-5', in the unit of the number that stands before it.

@@ -225,22 +225,8 @@ contains
          columns = columns + 1
          table%columns(columns) = column
       end do
-      call shorten(table, columns)
+      table%columns = table%columns(:columns)
    end subroutine read_flat
-
-   !> Keep the first columns of a table.
-   subroutine shorten(table, columns)
-      type(table_t), intent(inout) :: table
-      !> Number of columns that remain
-      integer, intent(in) :: columns
-
-      type(column_t), allocatable :: remaining(:)
-
-      if (columns == size(table%columns)) return
-      allocate (remaining(columns))
-      remaining(:) = table%columns(:columns)
-      call move_alloc(remaining, table%columns)
-   end subroutine shorten
 
    !> Read one dataset.
    subroutine read_column(file, group, member, rows, column)

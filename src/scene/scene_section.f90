@@ -28,6 +28,9 @@ module scene_section
    !> Names of &beam that describe the section, and that a file with &section does not give.
    character(*), parameter :: names_of_beam(9) = [character(17) :: 'width', 'height_root', 'height_tip', 'taper', &
       'mean_height_ratio', 'station', 'height', 'area', 'inertia']
+   !> Names of the dimensions of each shape, separated by blanks.
+   character(*), parameter :: dimension_names(4) = [character(34) :: 'height width', 'diameter', &
+      'outer_diameter wall inner_diameter', 'area inertia']
    !> Minimum of a dimension; only at the tip a dimension may be 0.
    real(wp), parameter :: min_dimension = 1.0e-48_wp
 
@@ -241,23 +244,6 @@ contains
 
    end subroutine check_dimensions
 
-   !> Names of the dimensions of a shape, separated by blanks.
-   pure function dimension_names_of(shape) result(names)
-      integer, intent(in) :: shape
-      character(:), allocatable :: names
-
-      select case (shape)
-      case (shape_rectangle)
-         names = 'height width'
-      case (shape_round)
-         names = 'diameter'
-      case (shape_tube)
-         names = 'outer_diameter wall inner_diameter'
-      case default
-         names = 'area inertia'
-      end select
-   end function dimension_names_of
-
    !> Values expanded from one value to a number of equal values.
    pure function spread_to(values, count) result(spread_values)
       real(wp), intent(in) :: values(:)
@@ -316,7 +302,7 @@ contains
             fraction = real(k, wp)/real(checked_points, wp)
             if (value_of(section%first, curvature(:, 1)) > 0.0_wp .and. &
                value_of(section%second, curvature(:, 2)) > 0.0_wp) cycle
-            call input%complain('section', dimension_names_of(section%shape), &
+            call input%complain('section', trim(dimension_names(section%shape)), &
                "the spline of profile = 'cubic' falls to 0 " &
                //'between the stations '//to_text(section%station(i))//' and '//to_text(section%station(i + 1)))
             return

@@ -68,7 +68,16 @@ contains
          //'frequencies for all cases; it does not go with lengths, section or material of the beam in &sweep')
       call check_count(input, scene)
       call check_beams(input, scene)
-      call check_duration(input, scene)
+      ! each duration is at least one step and not too many steps
+      associate (duration => scene%sweep%swept(parameter_index('duration', scene%sweep%swept)))
+         if (any(values_given(duration) < scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
+               //to_text(scene%response%step))
+         else if (any(values_given(duration) > max_stored_numbers*scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(max_stored_numbers) &
+               //' steps')
+         end if
+      end associate
       if (.not. input%has_problem()) call check_chains(input, scene)
    end subroutine resolve_sweep
 
@@ -268,22 +277,6 @@ contains
       if (decades > log10(max_length_ratio)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
          //' elements and the ratios given '//length_ratio_problem(decades, max_length_ratio))
    end subroutine check_beams
-
-   !> Check that each duration is at least one step and not too many steps.
-   subroutine check_duration(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(scene_t), intent(in) :: scene
-
-      associate (duration => scene%sweep%swept(parameter_index('duration', scene%sweep%swept)))
-         if (any(values_given(duration) < scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
-               //to_text(scene%response%step))
-         else if (any(values_given(duration) > max_stored_numbers*scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(max_stored_numbers) &
-               //' steps')
-         end if
-      end associate
-   end subroutine check_duration
 
    !> Index of the entry of a parameter in its own group.
    pure integer function entry_of_parameter(table, parameter) result(place)

@@ -195,15 +195,13 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(beam_support_t), allocatable :: supports(:)
 
-      integer :: k, supports_offset
+      integer :: k, number
 
-      allocate (supports(0))
-      if (.not. allocated(scene%supports)) return
-      deallocate (supports)
-      allocate (supports(size(scene%supports)))
-      supports_offset = mesh%further_stops
-      do k = 1, size(supports)
-         supports(k)%dof = 2*mesh%further_nodes(supports_offset + k)
+      number = 0
+      if (allocated(scene%supports)) number = size(scene%supports)
+      allocate (supports(number))
+      do k = 1, number
+         supports(k)%dof = 2*mesh%further_nodes(mesh%further_stops + k)
          if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
          supports(k)%stiffness = spring_unit*scene%supports(k)%stiffness_ratio
       end do
@@ -231,12 +229,8 @@ contains
       if (.not. allocated(scene%masses)) return
       masses_offset = mesh%further_stops
       if (allocated(scene%supports)) masses_offset = masses_offset + size(scene%supports)
-      deallocate (masses)
-      allocate (masses(size(scene%masses)))
-      do k = 1, size(masses)
-         masses(k) = point_mass_t(node=mesh%further_nodes(masses_offset + k), mass=scene%masses(k)%mass_ratio, &
-            rotary_inertia=scene%masses(k)%rotary_inertia_ratio)
-      end do
+      masses = [(point_mass_t(node=mesh%further_nodes(masses_offset + k), mass=scene%masses(k)%mass_ratio, &
+         rotary_inertia=scene%masses(k)%rotary_inertia_ratio), k=1, size(scene%masses))]
    end function masses_of
 
    !> The settings of the run of a scene; the contacts of its bodies are among the stops.

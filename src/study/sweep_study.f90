@@ -53,6 +53,8 @@ contains
       type(survey_t) :: survey
       type(refined_t) :: refined
       type(mesh_errors_t), allocatable :: errors
+      type(case_beam_t) :: beam
+      type(response_t) :: none
       ! cases whose errors are estimated, and their numbers
       type(scene_t), allocatable :: sample(:)
       integer, allocatable :: numbers(:)
@@ -62,8 +64,15 @@ contains
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_chunks(scene, plan, survey, error)
       if (allocated(error)) return
-      call analyse_beam(scene, survey, error)
-      if (allocated(error)) return
+      allocate (survey%analysed(0))
+      if (requests_analysis(scene, of_beam)) then
+         ! analyses of the beam, for example its frequency response, are independent of the cases and need no run
+         call choose_mesh(scene, beam)
+         if (allocated(beam%error)) error = beam%error
+         if (allocated(error)) return
+         call analyse(scene, beam%model, run_settings_of(scene), none, survey%analysed, error, of_beam)
+         if (allocated(error)) return
+      end if
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, run%workers, refined)
       if (scene%mesh%estimate) then
          allocate (errors)
@@ -109,26 +118,6 @@ contains
       call system_clock(finish)
       run%seconds = real(finish - start, wp)/real(rate, wp)
    end subroutine run_plan
-
-   !> Compute the analyses of the beam of the scene (for example its frequency response), which are independent of the
-   !> cases.
-   subroutine analyse_beam(scene, survey, error)
-      type(scene_t), intent(in) :: scene
-      type(survey_t), intent(inout) :: survey
-      !> Set if the beam cannot be made
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(case_beam_t) :: beam
-      ! empty, because analyses of the beam need no run
-      type(response_t) :: none
-
-      allocate (survey%analysed(0))
-      if (.not. requests_analysis(scene, of_beam)) return
-      call choose_mesh(scene, beam)
-      if (allocated(beam%error)) error = beam%error
-      if (allocated(error)) return
-      call analyse(scene, beam%model, run_settings_of(scene), none, survey%analysed, error, of_beam)
-   end subroutine analyse_beam
 
    !> Number of threads of a sweep: the requested number, but at most the number of independent cases (or chains of
    !> cases), four for each core, and the number for which there is address space.
