@@ -33,7 +33,7 @@ module quantity_groups
       !> by a blank; with `is_scale` the dataset is itself a dimension scale
       generic :: put => put_reals, put_integers
       !> Make a list or table that is filled later with values that need no scaling
-      procedure :: put_column, put_rows
+      procedure :: put_column
       !> Show a list of another group as a table
       procedure :: put_view
       !> Write a numeric attribute
@@ -122,44 +122,26 @@ contains
       names = trim(adjustl(self%named(along(:blank - 1))//' '//self%named(along(blank + 1:))))
    end function scales_named
 
-   !> Make a list whose values are written later, in the unit of the list.
-   type(hdf5_column_t) function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
+   !> Make a list whose values, or a table whose rows, are written later, in the unit of the list or table.
+   type(hdf5_column_t) function put_column(self, name, extents, quantity, meaning, is_whole, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      !> Number of values
-      integer, intent(in) :: length
+      !> Number of values of a list; number of values in a row, and of rows, of a table
+      integer, intent(in) :: extents(:)
       character(*), intent(in) :: quantity
       character(*), intent(in) :: meaning
       logical, intent(in) :: is_whole
+      !> Dimension scale of the values of a list, or of the rows of a table
       character(*), intent(in) :: along
 
       character(:), allocatable :: unit
       real(wp) :: factor, scene_factor
 
       call self%find_unit(quantity, unit, factor, scene_factor)
-      made = self%column(self%named(name), length, unit, self%resolved(meaning), is_whole, self%named(along), &
+      made = self%column(self%named(name), extents, unit, self%resolved(meaning), is_whole, self%named(along), &
          in_scene_units=scene_factor)
       call self%write_scale_unit(name, quantity, scene_factor)
    end function put_column
-
-   !> Make a table whose rows are written later, in the unit of the table.
-   type(hdf5_column_t) function put_rows(self, name, extents, quantity, meaning, along) result(made)
-      class(quantity_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      !> Number of values in a row, and number of rows
-      integer, intent(in) :: extents(2)
-      character(*), intent(in) :: quantity
-      character(*), intent(in) :: meaning
-      !> Dimension scale of the rows
-      character(*), intent(in) :: along
-
-      character(:), allocatable :: unit
-      real(wp) :: factor, scene_factor
-
-      call self%find_unit(quantity, unit, factor, scene_factor)
-      made = self%rows(self%named(name), extents, unit, self%resolved(meaning), self%named(along), scene_factor)
-      call self%write_scale_unit(name, quantity, scene_factor)
-   end function put_rows
 
    !> Show a list of another group as a table whose axes are dimension scales of this group (see `view` of
    !> `hdf5_writing`).

@@ -6,7 +6,7 @@
 module scene_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use measure_list, only: former_names, formerly_named, measure_count, measure_status, measure_table
+   use measure_list, only: measure_of_word, measure_status, measure_words
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
@@ -383,11 +383,8 @@ contains
 
       ! the first measure, the status of a case, is no measure by which cases are compared
       chosen = best%measure - measure_status
-      call table%bind(chosen, name_t('measure', &
-         'measure by which cases are compared'), &
-         [measure_table(measure_status + 1:)%name, former_names])
-      best%measure = chosen + measure_status
-      if (best%measure > measure_count) best%measure = formerly_named(best%measure - measure_count)
+      call table%bind(chosen, name_t('measure', 'measure by which cases are compared'), measure_words)
+      best%measure = measure_of_word(chosen)
       call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
       call table%bind(best%count, name_t('count', 'cases in the table of the best', range_t(1, 10000)))
       call table%bind(best%refine, name_t('refine', &

@@ -4,8 +4,8 @@ module scene_inference
    use file_system, only: path_beside
    use inference_settings, only: fit_settings_t, observed_impacts, observed_table
    use kinds, only: wp
-   use measure_list, only: demand_of, former_names, formerly_named, measure_count, measure_force, measure_mean_force, &
-      measure_status, measure_table
+   use measure_list, only: demand_of, measure_force, measure_mean_force, measure_of_word, measure_status, &
+      measure_table, measure_words
    use name_hints, only: phrase_of
    use name_table, only: table_t
    use name_types, only: group_t, name_t
@@ -26,9 +26,6 @@ module scene_inference
 
    !> Names of the groups, in the order of the reference and of the echo.
    character(*), parameter :: inference_names(*) = [character(name_length) :: 'sensitivity', 'fit', 'uncertainty']
-
-   !> Names that `measures` accepts: all measures but the status of a case, and former names.
-   character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, former_names]
 
 contains
 
@@ -120,19 +117,9 @@ contains
 
       call find_parameters(table, places)
       allocate (names, source=parameter_names(table, places))
-      if (allocated(parameters)) then
-         allocate (chosen(size(parameters)))
-         do k = 1, size(chosen)
-            chosen(k) = findloc(names, parameters(k)%name, dim=1)
-         end do
-      end if
+      if (allocated(parameters)) chosen = [(findloc(names, parameters(k)%name, dim=1), k=1, size(parameters))]
       call table%bind(chosen, name_t(name, meaning, default=default), names)
-      if (.not. allocated(chosen)) return
-      if (allocated(parameters)) deallocate (parameters)
-      allocate (parameters(size(chosen)))
-      do k = 1, size(chosen)
-         parameters(k) = parameter_of(table, places(chosen(k)))
-      end do
+      if (allocated(chosen)) parameters = [(parameter_of(table, places(chosen(k))), k=1, size(chosen))]
    end subroutine list_chosen_parameters
 
    !> List the name `measures`, whose values are measures of a run.
@@ -142,18 +129,11 @@ contains
       integer, allocatable, intent(inout) :: measures(:)
 
       integer, allocatable :: chosen(:)
-      integer :: k
 
       if (allocated(measures)) allocate (chosen, source=measures - measure_status)
       call table%bind(chosen, name_t('measures', 'measures of a run that are asked about', &
          default='all that are no counts'), measure_words)
-      if (.not. allocated(chosen)) return
-      if (allocated(measures)) deallocate (measures)
-      allocate (measures(size(chosen)))
-      do k = 1, size(chosen)
-         measures(k) = chosen(k) + measure_status
-         if (measures(k) > measure_count) measures(k) = formerly_named(measures(k) - measure_count)
-      end do
+      if (allocated(chosen)) measures = measure_of_word(chosen)
    end subroutine list_chosen_measures
 
    !> Check the groups and set their defaults; problems are added to the input.

@@ -199,21 +199,16 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
 
-      select case (section%shape)
-      case (shape_rectangle)
-         call check('width', section%width)
-         call check('height', section%height)
-      case (shape_round)
-         call check('diameter', section%diameter)
-      case (shape_tube)
-         call check('outer_diameter', section%outer_diameter)
-         call check('wall', section%wall)
-         call check('inner_diameter', section%inner_diameter, may_be_zero=.true.)
-      case (shape_general)
-         call check('area', section%area)
-         call check('inertia', section%inertia)
-         call check('outer_fibre', section%outer_fibre)
-      end select
+      ! dimensions of other shapes are not given
+      call check('width', section%width)
+      call check('height', section%height)
+      call check('diameter', section%diameter)
+      call check('outer_diameter', section%outer_diameter)
+      call check('wall', section%wall)
+      call check('inner_diameter', section%inner_diameter, may_be_zero=.true.)
+      call check('area', section%area)
+      call check('inertia', section%inertia)
+      call check('outer_fibre', section%outer_fibre)
 
    contains
 

@@ -6,7 +6,7 @@ module measure_list
    implicit none (type, external)
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
-      first_statistic, former_names, formerly_named
+      first_statistic, former_names, formerly_named, measure_of_word, measure_words
    public :: force_window, measure_decay, measure_force, measure_mean_force, measure_tolerance
    public :: measured_groups, measured_stops, measured_bodies, owner_of, statistics_of_stop, first_of_stops, demand_of
 
@@ -268,6 +268,10 @@ module measure_list
       'spent_tau', 'greatest_stress_tau']
    integer, parameter :: formerly_named(5) = [findloc(measure_table%name, 'first_impact_time', dim=1), &
       measure_settling, measure_settling, measure_decay, findloc(measure_table%name, 'greatest_stress_time', dim=1)]
+   !> Words by which scenes name measures: all measures but the status of a case, and former names
+   character(*), parameter :: measure_words(*) = [measure_table(measure_status + 1:)%name, former_names]
+   !> Index in `measure_table` of the measure that each of these words names
+   integer, parameter :: measure_of_word(*) = [(k, k=measure_status + 1, measure_count), formerly_named]
    !> Index of the first statistical measure; all measures after this index belong to &statistics too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
    !> Index of the maximum contact force.

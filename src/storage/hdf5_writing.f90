@@ -37,7 +37,7 @@ module hdf5_writing
       !> dimensions of a table reversed
       generic :: add => add_reals, add_integers, add_text, add_texts
       !> Make a list or a table that is filled later
-      procedure :: column, rows
+      procedure :: column
       !> Show a list of another group as a table
       procedure :: view
       !> Write an attribute of the group or of a dataset in the group: name, value, dataset
@@ -210,16 +210,17 @@ contains
       call self%label(dataset, units, long_name, along)
    end subroutine add_texts
 
-   !> Make a list whose values are written later.
-   function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units) result(made)
+   !> Make a list whose values, or a table whose rows, are written later.
+   function column(self, name, extents, units, long_name, is_whole, along, is_scale, in_scene_units) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      !> Number of values
-      integer, intent(in) :: length
+      !> Number of values of a list; number of values in a row, and of rows, of a table
+      integer, intent(in) :: extents(:)
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
       !> Whether the values are integers
       logical, intent(in) :: is_whole
+      !> Dimension scale of the values of a list, or of the rows of a table
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
       real(wp), intent(in), optional :: in_scene_units
@@ -231,9 +232,10 @@ contains
       if (is_whole) type_id = h5t_native_integer
       made%file => self%file
       made%is_whole = is_whole
-      made%id = self%file%make_dataset(self%id, name, type_id, [int(length, hsize_t)], c_null_ptr, is_scale)
+      if (size(extents) > 1) made%width = extents(1)
+      made%id = self%file%make_dataset(self%id, name, type_id, int(extents, hsize_t), c_null_ptr, is_scale)
       call self%file%describe(made%id, units, long_name, in_scene_units)
-      if (present(along)) call self%file%attach(made%id, self%id, [along])
+      if (present(along)) call self%file%attach(made%id, self%id, [along], rank=size(extents))
    end function column
 
    !> Show a list of another group, whose values are stored there alone, as a table whose axes are dimension scales of
@@ -276,25 +278,6 @@ contains
       call h5sclose_f(list, status)
       call h5sclose_f(table, status)
    end subroutine view
-
-   !> Make a table whose rows are written later.
-   type(hdf5_column_t) function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)
-      class(hdf5_group_t), intent(in) :: self
-      character(*), intent(in) :: name
-      !> Number of values in a row, and number of rows
-      integer, intent(in) :: extents(2)
-      character(*), intent(in) :: units
-      character(*), intent(in) :: long_name
-      !> Dimension scale of the rows
-      character(*), intent(in) :: along
-      real(wp), intent(in), optional :: in_scene_units
-
-      made%file => self%file
-      made%width = extents(1)
-      made%id = self%file%make_dataset(self%id, name, h5t_native_double, int(extents, hsize_t), c_null_ptr)
-      call self%file%describe(made%id, units, long_name, in_scene_units)
-      call self%file%attach(made%id, self%id, [along], rank=2)
-   end function rows
 
    !> Write values of a list, or rows of a table, from a given index on.
    subroutine put(self, first, values)

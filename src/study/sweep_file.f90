@@ -299,7 +299,7 @@ contains
       integer :: number, i, first, buffered
 
       call make_columns(group, plan, has_column, cases, parameters, measures)
-      if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
+      if (plan%goes_back) direction = group%column('direction', [plan%cases], '1', &
          '1: on the way through the values of carry, -1: on the way back', .true., 'case')
       if (plan%sections > 0) call make_tables(group, plan, sections)
       allocate (values(max(max_rows, plan%chunk_cases), size(plan%axes)))
@@ -367,8 +367,8 @@ contains
       integer :: i
 
       do i = 1, section_values
-         tables(i) = group%put_rows(trim(name(i)), [plan%sections, plan%cases], &
-            trim(merge('displacement', 'velocity    ', modulo(i, 2) == 1)), trim(meaning(i)), 'case')
+         tables(i) = group%put_column(trim(name(i)), [plan%sections, plan%cases], &
+            trim(merge('displacement', 'velocity    ', modulo(i, 2) == 1)), trim(meaning(i)), .false., 'case')
       end do
    end subroutine make_tables
 
@@ -386,18 +386,17 @@ contains
 
       integer :: k
 
-      cases = group%column('case', plan%cases, '1', 'number of the case', .true., is_scale=.true.)
+      cases = group%column('case', [plan%cases], '1', 'number of the case', .true., is_scale=.true.)
       do k = 1, size(parameters)
          associate (parameter => plan%axes(k)%parameter)
-            parameters(k) = group%column(trim(parameter%name), plan%cases, group%scene_unit(parameter%quantity), &
-               trim(parameter%meaning), &
-               parameter%is_whole, 'case')
+            parameters(k) = group%column(trim(parameter%name), [plan%cases], group%scene_unit(parameter%quantity), &
+               trim(parameter%meaning), parameter%is_whole, 'case')
          end associate
       end do
       do k = 1, measure_count
          if (.not. has_column(k)) cycle
          associate (measure => measure_table(k))
-            measures(k) = group%put_column(trim(measure%name), plan%cases, measure%quantity, measure%meaning, &
+            measures(k) = group%put_column(trim(measure%name), [plan%cases], measure%quantity, measure%meaning, &
                measure%is_whole, 'case')
          end associate
       end do

@@ -83,9 +83,9 @@ contains
       allocate (columns%amplitude(size(scene%spectrum%of)))
       do k = 1, size(columns%amplitude)
          associate (signal => signal_table(scene%spectrum%of(k)))
-            columns%amplitude(k) = group%put_rows('amplitude_'//trim(signal%name), [size(frequency), cases], &
+            columns%amplitude(k) = group%put_column('amplitude_'//trim(signal%name), [size(frequency), cases], &
                trim(signal%quantity), 'amplitude of the '//trim(signal%meaning)//' at each frequency, a row a case', &
-               'case')
+               .false., 'case')
          end associate
       end do
    end subroutine make_spectra
