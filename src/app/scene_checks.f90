@@ -88,35 +88,29 @@ contains
       !> Reason why the run cannot start
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! beginnings of messages about stops
-      character(*), parameter :: stop_messages(2) = [character(13) :: 'the beam', 'the stops at ']
+      ! beginning of a message, and the group and the names that it is about; the last for all other messages
+      character(*), parameter :: subjects(3, 10) = reshape([character(40) :: &
+         'mass = ', 'mesh', 'mass', &
+         'contact_tolerance ', 'response', 'contact_tolerance', &
+         'modes must be ', 'response', 'modes', &
+         'the mode of the start ', 'start', 'mode', &
+         'displacements of ', 'start', 'displacement_ratios displacements', &
+         'velocities of ', 'start', 'velocity_ratios velocities', &
+         'the support at ', 'support', '', &
+         'the beam', 'stop', '', &
+         'the stops at ', 'stop', '', &
+         '', 'response', 'step step_time'], [3, 10])
       type(failure_t), allocatable :: failure
       integer :: i
 
       call find_failure(modified, is_new_beam, model, failure)
       if (.not. allocated(failure)) return
-      if (index(failure%message, 'mass = ') == 1) then
-         call complain_of_scene(scene, 'mesh', 'mass', subject//failure%message, error)
-      else if (index(failure%message, 'contact_tolerance ') == 1) then
-         call complain_of_scene(scene, 'response', 'contact_tolerance', subject//failure%message, error)
-      else if (index(failure%message, 'modes must be ') == 1) then
-         call complain_of_scene(scene, 'response', 'modes', subject//failure%message, error)
-      else if (index(failure%message, 'the mode of the start ') == 1) then
-         call complain_of_scene(scene, 'start', 'mode', subject//failure%message, error)
-      else if (index(failure%message, 'displacements of ') == 1) then
-         call complain_of_scene(scene, 'start', 'displacement_ratios displacements', subject//failure%message, error)
-      else if (index(failure%message, 'velocities of ') == 1) then
-         call complain_of_scene(scene, 'start', 'velocity_ratios velocities', subject//failure%message, error)
-      else if (index(failure%message, 'the support at ') == 1) then
-         call complain_of_scene(scene, 'support', '', subject//failure%message, error)
-      else if (index(failure%message, 'the position ') == 1) then
+      if (index(failure%message, 'the position ') == 1) then
          call complain_of_position(scene, modified, subject, failure%message, error)
-      else if (any([(index(failure%message, trim(stop_messages(i))) == 1, i=1, size(stop_messages))])) then
-         call complain_of_scene(scene, 'stop', '', subject//failure%message, error)
-      else
-         call complain_of_scene(scene, 'response', 'step step_time', &
-            subject//failure%message, error)
+         return
       end if
+      i = findloc([(index(failure%message, trim(subjects(1, i))) == 1, i=1, size(subjects, 2))], .true., dim=1)
+      call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), subject//failure%message, error)
    end subroutine check_run
 
    !> Report a position without a node, in the line of the support, mass, body or stop that has it.

@@ -4,7 +4,7 @@ module number_text
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: to_text, rounded
+   public :: to_text, rounded, list_of_numbers
 
    !> `to_text(value)`: an integer or a real as text, without blanks.
    interface to_text
@@ -12,6 +12,20 @@ module number_text
    end interface to_text
 
 contains
+
+   !> Whole numbers as text, such as '1, 26 and 51'.
+   pure function list_of_numbers(numbers) result(words)
+      !> One number or more
+      integer, intent(in) :: numbers(:)
+      character(:), allocatable :: words
+
+      integer :: i
+
+      words = to_text(numbers(1))
+      do i = 2, size(numbers)
+         words = words//trim(merge(' and', ',   ', i == size(numbers)))//' '//to_text(numbers(i))
+      end do
+   end function list_of_numbers
 
    pure function integer_to_text(value) result(text)
       integer, intent(in) :: value

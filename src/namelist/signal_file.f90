@@ -5,7 +5,7 @@ module signal_file
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
-   use number_text, only: to_text
+   use number_text, only: list_of_numbers, to_text
    use printable_text, only: excerpt
    use text_file, only: load_text
    implicit none (type, external)
@@ -94,7 +94,7 @@ contains
                   end if
                else
                   call read_header(row, columns, signal)
-                  if (line > max_header) reason = 'no line before has numbers in columns '//list_of(columns)
+                  if (line > max_header) reason = 'no line before has numbers in columns '//list_of_numbers(columns)
                end if
             else if (.not. has_layout) then
                call read_header(row, columns, signal)
@@ -106,23 +106,11 @@ contains
          end if
          first = last + 2
       end do
-      if (rows == 0) problem = file//': no line has numbers in columns '//list_of(columns)
+      if (rows == 0) problem = file//': no line has numbers in columns '//list_of_numbers(columns)
       allocate (signal%time, source=numbers(1, :rows))
       allocate (signal%value, source=numbers(2, :rows))
       if (size(columns) > 2) allocate (signal%noise, source=numbers(3, :rows))
    end subroutine read_signal
-
-   !> Numbers of two or three columns as text, such as '1, 2 and 3'.
-   pure function list_of(columns) result(text)
-      integer, intent(in) :: columns(:)
-      character(:), allocatable :: text
-
-      integer :: last
-
-      last = size(columns)
-      text = to_text(columns(last - 1))//' and '//to_text(columns(last))
-      if (last > 2) text = to_text(columns(1))//', '//text
-   end function list_of
 
    !> Find the layout with which a line has numbers in all columns, if there is one.
    pure subroutine find_layout(row, columns, layout, is_found)

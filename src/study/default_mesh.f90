@@ -4,7 +4,7 @@ module default_mesh
    use kinds, only: wp
    use mesh_checks, only: mesh_check_t
    use mesh_choice, only: case_beam_t, search_mesh
-   use number_text, only: to_text
+   use number_text, only: list_of_numbers
    use orbit_settings, only: vary_frequency, vary_nothing
    use scene_requests, only: harmonic_loads
    use scene_types, only: scene_t
@@ -121,18 +121,5 @@ contains
          end associate
       end if
    end subroutine vary_load
-
-   !> Numbers as text, such as '1, 26 and 51'.
-   pure function list_of_numbers(numbers) result(words)
-      integer, intent(in) :: numbers(:)
-      character(:), allocatable :: words
-
-      integer :: i
-
-      words = to_text(numbers(1))
-      do i = 2, size(numbers)
-         words = words//trim(merge(' and', ',   ', i == size(numbers)))//' '//to_text(numbers(i))
-      end do
-   end function list_of_numbers
 
 end module default_mesh
