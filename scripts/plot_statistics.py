@@ -63,6 +63,8 @@ def draw_bars(axes, statistics, name):
     axes.bar(places, values, width=0.62, color=plots.COLOURS[2], alpha=0.75)
     known = np.isfinite(widths)
     axes.errorbar(places[known], values[known], yerr=widths[known], fmt="none", ecolor="#000000", elinewidth=0.9, capsize=2.5)
+    # bars without a value would leave the range of the axis out
+    axes.set_xlim(-0.6, len(values) - 0.4)
     axes.set_xticks(places, statistics.names, fontsize=8)
     axes.tick_params(axis="x", which="both", length=0)
     axes.set_ylabel(plots.with_unit(BARS[name], unit))
