@@ -306,7 +306,8 @@ contains
 
    !> The first turning point of a signal, a zero of its slope. If the search cannot decide at the start, because the
    !> sign of the slope is uncertain or no certain zero is found, the start is delayed, repeatedly and each time by
-   !> twice as much. So is the start of a search whose many steps are short because the slope remains within rounding.
+   !> twice as much. So is the start of a search whose many steps are short because the slope remains within rounding,
+   !> or are together shorter than the delay.
    subroutine find_turn(signal, span, direction, is_found, time, evaluations)
       class(transformable_signal_t), intent(in) :: signal
       !> Start and end of the search
@@ -322,7 +323,8 @@ contains
 
       ! first delay of the start, as a fraction of the interval that is searched
       real(wp), parameter :: first_delay = 1.0e-9_wp
-      ! evaluations after which a search is interrupted, to see whether the slope was ever above rounding
+      ! evaluations after which a search is interrupted, to see whether the slope was ever above rounding and whether
+      ! the steps come forward
       integer(i8), parameter :: evaluations_at_once = 500_i8
       class(transformable_signal_t), allocatable :: rate
       type(bounds_t) :: bounds
@@ -359,7 +361,8 @@ contains
                return
             end if
             direction = 0
-            if (search%outcome == found_exhausted .and. search%max_value > search%rounding) cycle
+            if (search%outcome == found_exhausted .and. search%max_value > search%rounding .and. &
+               search%time > delay) cycle
          end if
          time = time + delay
          delay = 2.0_wp*delay
