@@ -16,7 +16,7 @@ module driven_modes
    !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
    real(wp), parameter :: resonant = 0.02_wp
 
-   !> A mode and the load that drives it from rest.
+   !> A mode and the load that drives it from rest, from `make_driven_mode`.
    type :: driven_mode_t
       !> Complex amplitude of the modal load; the motion is Re(force E)
       complex(wp) :: force = (0.0_wp, 0.0_wp)
@@ -30,6 +30,18 @@ module driven_modes
       real(wp) :: square = 0.0_wp
       !> Exponents of the free motion of the mode
       complex(wp) :: exponent(2) = (0.0_wp, 0.0_wp)
+      !> Number of terms amplitude exp(point t) whose sum has E as its real part, or E' for a ramp. A pair of conjugate
+      !> exponents has one term. 0: the points are too close to each other
+      integer :: terms = 0
+      complex(wp) :: point(3) = (0.0_wp, 0.0_wp)
+      complex(wp) :: amplitude(3) = (0.0_wp, 0.0_wp)
+      !> Magnitudes of the points
+      real(wp) :: rate(3) = 0.0_wp
+      !> Magnitudes of the amplitudes
+      real(wp) :: magnitude(3) = 0.0_wp
+      !> Time after which the sum is accurate, because any two points s t are farther from each other than 1, and gives
+      !> the motion and its bounds
+      real(wp) :: terms_from = huge(1.0_wp)
    end type driven_mode_t
 
    !> Maximum number of points of a divided difference of exp(s t) that gives the motion
@@ -37,11 +49,17 @@ module driven_modes
 
 contains
 
-   !> A mode of a set of oscillators, with the load still zero.
-   pure function make_driven_mode(oscillators, place) result(mode)
+   !> A mode of a set of oscillators and its load, which is zero by default.
+   pure function make_driven_mode(oscillators, place, force, frequency, is_ramp) result(mode)
       type(oscillators_t), intent(in) :: oscillators
       !> Index of the mode
       integer, intent(in) :: place
+      !> Complex amplitude of the modal load
+      complex(wp), intent(in), optional :: force
+      !> Circular frequency of the load; default: 0
+      real(wp), intent(in), optional :: frequency
+      !> Whether the load is a ramp; default: no
+      logical, intent(in), optional :: is_ramp
       type(driven_mode_t) :: mode
 
       associate (decay => oscillators%decay(place), spread => oscillators%spread(place))
@@ -53,11 +71,44 @@ contains
             mode%exponent = [cmplx(-decay, 0.0_wp, wp), cmplx(-(decay + 2.0_wp*spread), 0.0_wp, wp)]
          end if
       end associate
+      if (.not. present(force)) return
+      mode%force = force
+      if (present(frequency)) mode%frequency = frequency
+      if (present(is_ramp)) mode%is_ramp = is_ramp
+      call find_terms(mode)
    end function make_driven_mode
+
+   !> Find the terms of the motion, or of its rate if the load is a ramp.
+   pure subroutine find_terms(mode)
+      type(driven_mode_t), intent(inout) :: mode
+
+      ! minimum distance of two distinct points
+      real(wp), parameter :: min_distance = sqrt(tiny(1.0_wp))
+      ! distance of each point from the next
+      real(wp) :: distance(3)
+      integer :: i
+
+      mode%point = [cmplx(0.0_wp, mode%frequency, wp), mode%exponent]
+      distance = sqrt(square_of(mode%point - mode%point([2, 3, 1])))
+      if (any(distance*distance([3, 1, 2]) < min_distance)) return
+      mode%terms = 3
+      do i = 1, 3
+         associate (next => mode%point(modulo(i, 3) + 1), last => mode%point(modulo(i + 1, 3) + 1))
+            mode%amplitude(i) = mode%force/((mode%point(i) - next)*(mode%point(i) - last))
+         end associate
+      end do
+      if (aimag(mode%exponent(1)) > 0.0_wp) then
+         mode%terms = 2
+         mode%amplitude(2) = mode%amplitude(2) + conjg(mode%amplitude(3))
+      end if
+      mode%rate = sqrt(square_of(mode%point))
+      mode%magnitude = abs(mode%amplitude)
+      if (.not. mode%is_ramp) mode%terms_from = 1.0_wp/minval(distance)
+   end subroutine find_terms
 
    !> The motion and its derivatives. The derivative of a divided difference over some points is the first point times
    !> that difference plus the difference over the other points. Derivatives by the equation of motion would amplify
-   !> rounding errors in stiff modes.
+   !> rounding errors in stiff modes. The terms cost a tenth as much.
    pure function driven_mode_at(mode, time, highest) result(derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: time
@@ -69,8 +120,20 @@ contains
       complex(wp) :: points(0:max_points)
       ! entry i: derivative of order k of the divided difference over the points i to `last`
       complex(wp) :: differences(max_points)
+      complex(wp) :: term
       integer :: i, k, last
 
+      if (time > mode%terms_from) then
+         derivative = 0.0_wp
+         do i = 1, mode%terms
+            term = mode%amplitude(i)*exp(mode%point(i)*time)
+            do k = 0, highest
+               derivative(k) = derivative(k) + real(term, wp)
+               term = mode%point(i)*term
+            end do
+         end do
+         return
+      end if
       call find_points(mode, points, last)
       call find_differences(points(1:last), time, differences(:last))
       do k = 0, highest
@@ -200,7 +263,7 @@ contains
    !> mode nor W times its displacement exceeds 1; the load is a superposition of impulses, and the equation of motion
    !> gives the bound on each further derivative. The derivatives of the response to a constant load are a free motion
    !> after any instant, so each is bounded by its value and that of the next derivative at that instant. Finally, no
-   !> derivative exceeds the sum of the magnitudes of its exponentials, none of which grows.
+   !> derivative exceeds the sum of the magnitudes of its terms, none of which grows.
    pure subroutine bound_driven_mode(mode, until, bounds, from, derivative)
       type(driven_mode_t), intent(in) :: mode
       !> Instant up to which the bounds hold
@@ -252,50 +315,40 @@ contains
          if (mode%is_ramp) load_bound = merge(1.0_wp, 0.0_wp, k == 2)
          if (.not. mode%is_ramp) load_bound = load_bound*mode%frequency
       end do
-      bounds = min(bounds, sums_of_exponentials(mode, ubound(bounds, 1), from))
-      bounds = abs(mode%force)*bounds
+      bounds = min(abs(mode%force)*bounds, sums_of_magnitudes(mode, ubound(bounds, 1), from))
       if (.not. present(derivative) .or. mode%frequency > 0.0_wp) return
       do k = merge(2, 1, mode%is_ramp), ubound(bounds, 1)
          bounds(k) = min(bounds(k), hypot(derivative(k), derivative(k + 1)/sqrt(mode%square)))
       end do
    end subroutine bound_driven_mode
 
-   !> Bounds by the sum of the magnitudes of the exponentials in the motion and its derivatives, none of which grows
-   !> after an instant. The rate of the response to a ramp is the response to a constant.
-   pure function sums_of_exponentials(mode, highest, from) result(bounds)
+   !> Bounds by the sum of the magnitudes of the terms of the motion and its derivatives, none of which grows after an
+   !> instant. The rate of the response to a ramp is the response to a constant.
+   pure function sums_of_magnitudes(mode, highest, from) result(bounds)
       type(driven_mode_t), intent(in) :: mode
       !> Highest derivative
       integer, intent(in) :: highest
       !> Instant from which the bounds hold; default: the start
       real(wp), intent(in), optional :: from
-      !> Bounds per unit of the force
       real(wp) :: bounds(0:highest)
 
-      ! minimum distance of two distinct points
-      real(wp), parameter :: min_distance = sqrt(tiny(1.0_wp))
-      ! exponents of the load and of the mode
-      complex(wp) :: points(3)
-      ! distance of each point from the next, then product of its distances from the other two
-      real(wp) :: distance(3)
-      ! magnitudes of the amplitudes
-      real(wp) :: amplitude(3)
-      ! magnitudes of the exponents
-      real(wp) :: magnitude(3)
-      integer :: k
+      ! magnitude of a derivative of a term
+      real(wp) :: magnitude
+      integer :: i, k, lowest
 
       bounds = huge(1.0_wp)
-      points = [cmplx(0.0_wp, mode%frequency, wp), mode%exponent]
-      distance = sqrt(square_of(points - cshift(points, 1)))
-      distance = distance*cshift(distance, -1)
-      if (any(distance < min_distance)) return
-      amplitude = 1.0_wp/distance
-      if (present(from)) amplitude(2:) = amplitude(2:)*exp(real(mode%exponent, wp)*from)
-      magnitude = sqrt(square_of(points))
-      do k = merge(1, 0, mode%is_ramp), highest
-         bounds(k) = sum(amplitude)
-         amplitude = magnitude*amplitude
+      if (mode%terms == 0) return
+      lowest = merge(1, 0, mode%is_ramp)
+      bounds(lowest:) = 0.0_wp
+      do i = 1, mode%terms
+         magnitude = mode%magnitude(i)
+         if (present(from)) magnitude = magnitude*exp(real(mode%point(i), wp)*from)
+         do k = lowest, highest
+            bounds(k) = bounds(k) + magnitude
+            magnitude = mode%rate(i)*magnitude
+         end do
       end do
-   end function sums_of_exponentials
+   end function sums_of_magnitudes
 
    !> Response of uncoupled modes to a harmonic load by the adjoint equation (damping of the other sign).
    pure function adjoint_of(oscillators, load, frequency, left_out) result(response)

@@ -218,7 +218,7 @@ contains
       real(wp), intent(out) :: magnitude
 
       complex(wp) :: term
-      real(wp), allocatable :: derivative(:), bounds(:)
+      real(wp) :: derivative(0:order + self%order + 5), bounds(0:order + self%order + 4)
       real(wp) :: amplitude
       ! time in the load response
       real(wp) :: time
@@ -242,11 +242,13 @@ contains
          end associate
       end do
       magnitude = columns(bound_value)
-      if (self%terms%modes == 0) return
-      allocate (derivative(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
          associate (weight => self%factor*self%terms%weight(i), of_rate => self%factor*self%terms%weight_of_rate(i), &
             mode => self%terms%mode(i))
+            if (time > mode%terms_from) then
+               call add_terms_of_mode(mode, time, first, weight, of_rate, columns, magnitude)
+               cycle
+            end if
             derivative(:) = driven_mode_at(mode, time, first + 5)
             columns(value_columns) = columns(value_columns) + weight*derivative(first:first + 2) &
                + of_rate*derivative(first + 1:first + 3)
@@ -258,6 +260,45 @@ contains
          end associate
       end do
    end subroutine sum_oscillating_terms
+
+   !> Add a derivative of the terms of a mode driven from rest, the next two derivatives, and the bounds on them.
+   pure subroutine add_terms_of_mode(mode, time, order, weight, of_rate, columns, magnitude)
+      type(driven_mode_t), intent(in) :: mode
+      !> Time in the load response
+      real(wp), intent(in) :: time
+      !> Order of the derivative of the load response
+      integer, intent(in) :: order
+      !> Weight of the displacement of the mode
+      real(wp), intent(in) :: weight
+      !> Weight of its velocity
+      real(wp), intent(in) :: of_rate
+      !> Columns as in `certified_search`
+      real(wp), intent(inout) :: columns(term_columns)
+      !> Magnitude to which the rounding error of that derivative is relative
+      real(wp), intent(inout) :: magnitude
+
+      complex(wp) :: term
+      ! magnitude of the term
+      real(wp) :: size
+      integer :: i, k
+
+      do i = 1, mode%terms
+         associate (point => mode%point(i), rate => mode%rate(i))
+            size = exp(real(point, wp)*time)
+            term = size*(weight + of_rate*point)*mode%amplitude(i)*phasor_of(aimag(point), time)
+            size = size*(abs(weight) + abs(of_rate)*rate)*mode%magnitude(i)
+            do k = 1, order
+               term = point*term
+               size = rate*size
+            end do
+            columns(value_columns) = columns(value_columns) &
+               + [real(term, wp), real(point*term, wp), real(point**2*term, wp)]
+            columns(bound_columns) = columns(bound_columns) + size*[1.0_wp, rate**2, rate**3]
+            ! the rounding error of the phase grows with time
+            magnitude = magnitude + size*(1.0_wp + rate*time)
+         end associate
+      end do
+   end subroutine add_terms_of_mode
 
    !> Magnitude of a complex amplitude, without the protection of `abs` against overflow, which costs time.
    elemental function abs1(harmonic) result(magnitude)

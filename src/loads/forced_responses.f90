@@ -401,11 +401,11 @@ contains
       allocate (forced%mode(size(forced%pair)))
       do i = 1, size(forced%pair)
          associate (pair => set%driven(forced%pair(i)), mode => forced%mode(i))
-            mode = make_driven_mode(oscillators, pair%mode)
-            mode%force = force(forced%pair(i))
-            mode%is_ramp = pair%part == by_slope
-            if (pair%part /= by_harmonic) cycle
-            mode%frequency = forced%segment(pair%load)%frequency
+            if (pair%part /= by_harmonic) then
+               mode = make_driven_mode(oscillators, pair%mode, force(forced%pair(i)), is_ramp=pair%part == by_slope)
+               cycle
+            end if
+            mode = make_driven_mode(oscillators, pair%mode, force(forced%pair(i)), forced%segment(pair%load)%frequency)
             forced%until = min(forced%until, forced%tau + max_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
          end associate
       end do

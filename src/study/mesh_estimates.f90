@@ -86,6 +86,8 @@ contains
          settings = run_settings_of(scenes(i))
          settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
+         ! the measures are statistics over all blocks together
+         if (allocated(settings%statistics)) settings%statistics%blocks = 1
          ! measures of analyses are not estimated
          if (allocated(settings%spectrum)) deallocate (settings%spectrum)
          allocate (trial)
