@@ -5,10 +5,10 @@ module scene_checks
    use kinds, only: wp
    use motion_run, only: check_motion
    use number_text, only: to_text
-   use run_settings, only: method_newmark
+   use run_settings, only: method_newmark, stop_settings_t
    use scene_beam_model, only: model_of, run_settings_of
    use scene_reader, only: complain_of_scene, draft_t, set_parameters
-   use scene_types, only: mass_redistributed, scene_t
+   use scene_types, only: all_stops, mass_redistributed, scene_t
    use stop_contacts, only: has_one_contact
    use sweep_plan, only: case_values, make_plan, plan_t
    use sweep_settings, only: is_swept, parameter_t
@@ -126,10 +126,13 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: group
+      type(stop_settings_t), allocatable :: stops(:)
       integer :: occurrence
 
       group = 'stop'
       occurrence = 1
+      allocate (stops, source=all_stops(modified))
+      call find_position('stop', stops%position)
       if (allocated(modified%supports)) call find_position('support', modified%supports%position)
       if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
       if (allocated(modified%bodies)) call find_position('body', modified%bodies%position)
