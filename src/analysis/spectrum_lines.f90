@@ -96,10 +96,9 @@ contains
 
    !> Distance from the centre of a line to the first zero of the transform of a rectangle window, over omega1. With
    !> frequencies farther apart than this a spectrum can miss lines.
-   elemental function line_width(length) result(width)
+   elemental real(wp) function line_width(length) result(width)
       !> Length of a segment, tau
       real(wp), intent(in) :: length
-      real(wp) :: width
 
       width = 2.0_wp*pi/length
    end function line_width
@@ -150,12 +149,11 @@ contains
 
    !> Magnitude of the transform of a window over that at its centre, up to one width from the centre: sin(pi x)/(pi x)
    !> of a rectangle, that over 1 - x^2 of Hann's window.
-   elemental function window_transform(distance, window) result(value)
+   elemental real(wp) function window_transform(distance, window) result(value)
       !> Distance x from the centre over the width of a line, between 0 and 1
       real(wp), intent(in) :: distance
       !> One of the `window_` constants
       integer, intent(in) :: window
-      real(wp) :: value
 
       value = 1.0_wp
       if (.not. distance > 0.0_wp) return

@@ -58,17 +58,16 @@ module compliant_stop
 
    abstract interface
       !> Coefficients of a time step, exact if u is linear in tau.
-      pure function step_interface(self, length) result(step)
+      pure type(stop_step_t) function step_interface(self, length) result(step)
          import :: stop_step_t, wp, compliant_stop_t
          implicit none (type, external)
          class(compliant_stop_t), intent(in) :: self
          !> Length of the step, tau
          real(wp), intent(in) :: length
-         type(stop_step_t) :: step
       end function step_interface
 
       !> Energy in the springs.
-      pure function energy_interface(self, indentation, branch_force) result(energy)
+      pure real(wp) function energy_interface(self, indentation, branch_force) result(energy)
          import :: wp, compliant_stop_t
          implicit none (type, external)
          class(compliant_stop_t), intent(in) :: self
@@ -76,7 +75,6 @@ module compliant_stop
          real(wp), intent(in) :: indentation
          !> P2
          real(wp), intent(in) :: branch_force
-         real(wp) :: energy
       end function energy_interface
 
       !> Set the state without force, k u + P2 = 0, in which the surface is free. The law determines whether u jumps
@@ -95,33 +93,30 @@ module compliant_stop
 contains
 
    !> Whether the stop is rigid. A stiffness of 0 stands for an infinite one.
-   elemental function is_rigid_stop(stop) result(answer)
+   elemental logical function is_rigid_stop(stop) result(answer)
       class(dynamic_stiffness_t), intent(in) :: stop
-      logical :: answer
 
       answer = stop%stiffness <= 0.0_wp
    end function is_rigid_stop
 
    !> P = k u + P2.
-   elemental function contact_force(stop, indentation, branch_force) result(force)
+   elemental real(wp) function contact_force(stop, indentation, branch_force) result(force)
       class(dynamic_stiffness_t), intent(in) :: stop
       !> u
       real(wp), intent(in) :: indentation
       !> P2
       real(wp), intent(in) :: branch_force
-      real(wp) :: force
 
       force = stop%stiffness*indentation + branch_force
    end function contact_force
 
    !> Bound of the rounding error of P near its zeros: four units of rounding of the terms whose difference is P.
-   elemental function rounding_of_force(stop, max_term, speed) result(force)
+   elemental real(wp) function rounding_of_force(stop, max_term, speed) result(force)
       class(dynamic_stiffness_t), intent(in) :: stop
       !> Maximum magnitude of the terms whose difference is u
       real(wp), intent(in) :: max_term
       !> Magnitude of du/dtau
       real(wp), intent(in) :: speed
-      real(wp) :: force
 
       force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*max_term + stop%viscosity*speed)
    end function rounding_of_force
@@ -143,10 +138,9 @@ contains
    end subroutine mean_force_coefficients
 
    !> Whether two stops have exactly the same dynamic stiffness.
-   elemental function has_same_dynamic_stiffness(a, b) result(answer)
+   elemental logical function has_same_dynamic_stiffness(a, b) result(answer)
       type(dynamic_stiffness_t), intent(in) :: a
       type(dynamic_stiffness_t), intent(in) :: b
-      logical :: answer
 
       answer = .not. (abs(a%stiffness - b%stiffness) > 0.0_wp .or. abs(a%viscosity - b%viscosity) > 0.0_wp .or. &
          abs(a%branch_stiffness - b%branch_stiffness) > 0.0_wp .or. abs(a%relaxation_rate - b%relaxation_rate) > 0.0_wp)

@@ -113,9 +113,8 @@ contains
 
    !> Whether damping is not purely stiffness-proportional. Damping may then change the order of the modes, and a rigid
    !> contact may have to apply a force instead of being a constraint.
-   pure function has_mass_damping(beam) result(answer)
+   pure logical function has_mass_damping(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
-      logical :: answer
 
       answer = beam%has_modal_damping .or. any(abs(beam%oscillators%mass_rate) > 0.0_wp)
    end function has_mass_damping

@@ -31,11 +31,10 @@ contains
 
    !> Value w . vector: the displacement, velocity or acceleration of the beam relative to the body or the surface that
    !> the beam meets, positive away from the contact.
-   pure function row_value(row, vector) result(value)
+   pure real(wp) function row_value(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
       !> Displacements, velocities or accelerations, padded with zeros, [-2 : n + 3] with n entries
       real(wp), intent(in) :: vector(1 - band:)
-      real(wp) :: value
 
       value = row%sign*(vector(row%dof) - vector(row%partner))
    end function row_value

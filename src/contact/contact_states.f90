@@ -108,17 +108,15 @@ contains
    end subroutine add_massless_node
 
    !> Coefficients of the dynamic stiffness of the stop for a motion exp(s tau); all are zero if the stop is rigid.
-   pure function dynamic_stiffness_of(state) result(dynamic_stiffness)
+   pure type(dynamic_stiffness_t) function dynamic_stiffness_of(state) result(dynamic_stiffness)
       type(contact_state_t), intent(in) :: state
-      type(dynamic_stiffness_t) :: dynamic_stiffness
 
       if (allocated(state%spring)) dynamic_stiffness = state%spring%dynamic_stiffness_t
    end function dynamic_stiffness_of
 
    !> Whether the stop is rigid, with or without a compliant massless node in front of it.
-   elemental function has_rigid_stop(state) result(answer)
+   elemental logical function has_rigid_stop(state) result(answer)
       type(contact_state_t), intent(in) :: state
-      logical :: answer
 
       answer = state%is_rigid .or. state%is_node
    end function has_rigid_stop
@@ -169,11 +167,10 @@ contains
    end subroutine set_indentation
 
    !> Force P = k u + P2 + c u' of a closed compliant contact, where u' = -(velocity of the gap).
-   elemental function force_in(state, velocity) result(force)
+   elemental real(wp) function force_in(state, velocity) result(force)
       type(contact_state_t), intent(in) :: state
       !> Velocity of the gap: positive if the beam moves away from the surface
       real(wp), intent(in) :: velocity
-      real(wp) :: force
 
       force = state%spring%stiffness*state%indentation + state%branch_force - state%spring%viscosity*velocity
    end function force_in
@@ -193,9 +190,8 @@ contains
    end subroutine record_start
 
    !> Energy in the springs of the stop.
-   elemental function energy_in(state) result(energy)
+   elemental real(wp) function energy_in(state) result(energy)
       type(contact_state_t), intent(in) :: state
-      real(wp) :: energy
 
       energy = 0.0_wp
       if (allocated(state%spring)) energy = state%spring%energy(state%indentation, state%branch_force)

@@ -222,9 +222,8 @@ contains
 
       !> Magnitude of `value` over the sum of the magnitudes of its summands, or over the given scale if that is
       !> greater.
-      pure function residual(scale)
+      pure real(wp) function residual(scale)
          real(wp), intent(in) :: scale
-         real(wp) :: residual
 
          associate (summands => sum(abs1(problem%value(vectors%mode, :)*vectors%right)), &
             remainder => abs1(distance(2*vectors%mode - 1)*distance(2*vectors%mode)))
@@ -447,9 +446,8 @@ contains
    contains
 
       !> Whether the factor M of stop j loses less than six digits by cancellation of its terms.
-      pure function is_accurate(j) result(answer)
+      pure logical function is_accurate(j) result(answer)
          integer, intent(in) :: j
-         logical :: answer
 
          associate (spring => problem%spring(j))
             answer = abs1(vectors%m(j)) > 1.0e-6_wp*(spring%stiffness*abs1(vectors%n(j)) &

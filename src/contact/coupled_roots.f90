@@ -106,20 +106,18 @@ contains
    contains
 
       !> Whether a root of the upper half-plane is far from the real axis, where the two roots of a pair may meet.
-      pure function stays_apart(s) result(answer)
+      pure logical function stays_apart(s) result(answer)
          complex(wp), intent(in) :: s
-         logical :: answer
 
          answer = aimag(s) > 0.2_wp*abs(real(s, wp))
       end function stays_apart
    end subroutine iterate
 
    !> Index of the complex conjugate of a pole: the two poles of a mode are side by side.
-   pure function partner_of(problem, pole) result(partner)
+   pure integer function partner_of(problem, pole) result(partner)
       type(coupled_equation_t), intent(in) :: problem
       !> Index of the pole
       integer, intent(in) :: pole
-      integer :: partner
 
       partner = pole
       if (abs(aimag(problem%pole(pole))) > 0.0_wp) partner = pole + merge(1, -1, modulo(pole, 2) == 1)

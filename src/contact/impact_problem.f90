@@ -114,11 +114,10 @@ contains
    end subroutine find_nodal_impulse
 
    !> Outcome of the impulses for a contact.
-   elemental function outcome_of(struck, rounding) result(outcome)
+   elemental integer function outcome_of(struck, rounding) result(outcome)
       type(impact_contact_t), intent(in) :: struck
       !> Rounding error of the velocity
       real(wp), intent(in) :: rounding
-      integer :: outcome
 
       outcome = unchanged
       if (struck%impulse > 0.0_wp) then

@@ -22,12 +22,11 @@ module spring_damper_stop
 contains
 
    !> Make the stop from the dimensionless ratios of a scene.
-   elemental function make_spring_damper(stiffness_ratio, damper_ratio) result(stop)
+   elemental type(spring_damper_t) function make_spring_damper(stiffness_ratio, damper_ratio) result(stop)
       !> Stiffness ratio kappa = k/(3 E Ibar/L^3)
       real(wp), intent(in) :: stiffness_ratio
       !> Damping ratio c* = c omega1/(3 E Ibar/L^3)
       real(wp), intent(in) :: damper_ratio
-      type(spring_damper_t) :: stop
 
       stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
       stop%viscosity = 3.0_wp*damper_ratio/lambda1_power4
@@ -36,13 +35,12 @@ contains
    !> A massless node between the beam and a rigid stop as a spring with a damper: the spring is the stiffness of the
    !> beam elements next to the node, whose damping is proportional to their stiffness. After its release the node
    !> returns exponentially to the displacement that the modes give it.
-   elemental function make_node_spring(flexibility, two_zeta) result(stop)
+   elemental type(spring_damper_t) function make_node_spring(flexibility, two_zeta) result(stop)
       !> Displacement of the node per unit force on it, with all other degrees of freedom fixed, in L^3/(lambda1^4 E
       !> Ibar)
       real(wp), intent(in) :: flexibility
       !> 2 zeta of the beam; 0: the node returns instantly
       real(wp), intent(in) :: two_zeta
-      type(spring_damper_t) :: stop
 
       stop%stiffness = 1.0_wp/flexibility
       stop%viscosity = two_zeta*stop%stiffness
@@ -52,10 +50,9 @@ contains
 
    !> Coefficients of a time step h from u0 to u1 in contact: the mean force k (u0 + u1)/2 + c (u1 - u0)/h; a step of
    !> length zero has no damper force.
-   pure function step(self, length)
+   pure type(stop_step_t) function step(self, length)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(in) :: length
-      type(stop_step_t) :: step
 
       real(wp) :: per_step
 
@@ -77,11 +74,10 @@ contains
    end subroutine unload
 
    !> Energy in the spring.
-   pure function energy(self, indentation, branch_force)
+   pure real(wp) function energy(self, indentation, branch_force)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(in) :: indentation
       real(wp), intent(in) :: branch_force
-      real(wp) :: energy
 
       ! the damper stores no energy
       associate (unused => branch_force)

@@ -44,18 +44,16 @@ contains
 
    !> Maximum penetration at the start that is treated as rounding error and projected onto the contact surface; a start
    !> with a larger penetration is refused.
-   elemental function penetration_tolerance(contact) result(tolerance)
+   elemental real(wp) function penetration_tolerance(contact) result(tolerance)
       type(contact_t), intent(in) :: contact
-      real(wp) :: tolerance
 
       tolerance = max_penetration*max(1.0_wp, abs(contact%height))
    end function penetration_tolerance
 
    !> Whether a start with this gap penetrates the contact by more than the tolerance.
-   elemental function penetrates(contact, gap) result(answer)
+   elemental logical function penetrates(contact, gap) result(answer)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: gap
-      logical :: answer
 
       answer = gap < -penetration_tolerance(contact)
    end function penetrates
@@ -64,11 +62,10 @@ contains
    !> one rigid or three-element stop below the beam, with damping proportional to stiffness, without loads, stresses
    !> and statistics. The contact then needs no histories of its own in the results file, the number of modes can be
    !> chosen by comparing runs, and the stop may have a massless node in front of it.
-   pure function has_one_contact(settings, supports) result(answer)
+   pure logical function has_one_contact(settings, supports) result(answer)
       type(run_settings_t), intent(in) :: settings
       !> Number of supports along the beam
       integer, intent(in) :: supports
-      logical :: answer
 
       answer = supports == 0 .and. settings%has_stop .and. .not. allocated(settings%more_stops) .and. &
          settings%stop%side == side_below .and. settings%stop%law /= law_spring_damper
@@ -160,11 +157,10 @@ contains
    end function active_contacts
 
    !> A key by which contacts are sorted. Identical contacts remain in the order of the scene.
-   pure function key(contact, place) result(value)
+   pure real(wp) function key(contact, place) result(value)
       type(contact_t), intent(in) :: contact
       !> 1: the most significant key
       integer, intent(in) :: place
-      real(wp) :: value
 
       real(wp) :: values(key_count)
 
@@ -214,11 +210,10 @@ contains
    end function shape_of_contact
 
    !> Force on a body, positive upwards, per unit of the force of a contact.
-   elemental function force_on_body(contact, body) result(force)
+   elemental real(wp) function force_on_body(contact, body) result(force)
       type(contact_t), intent(in) :: contact
       !> Number of the body
       integer, intent(in) :: body
-      real(wp) :: force
 
       force = 0.0_wp
       if (contact%settings%body == body) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
@@ -227,9 +222,8 @@ contains
    !> Height of a contact surface if coordinates of bodies count from z = 0: s times the displacement at which the gap
    !> is zero, which is that of the beam at a stop, of the beam less the body at a body, and of a body at its floor or
    !> ceiling.
-   elemental function observed_height(contact) result(height)
+   elemental real(wp) function observed_height(contact) result(height)
       type(contact_t), intent(in) :: contact
-      real(wp) :: height
 
       associate (settings => contact%settings)
          height = contact%height + merge(contact%sign, -contact%sign, settings%is_of_base)*settings%origin
@@ -237,9 +231,8 @@ contains
    end function observed_height
 
    !> Height of a contact surface if coordinates of bodies count from where their springs have no force.
-   elemental function height_from_rest(contact) result(height)
+   elemental real(wp) function height_from_rest(contact) result(height)
       type(contact_t), intent(in) :: contact
-      real(wp) :: height
 
       associate (settings => contact%settings)
          height = observed_height(contact) - merge(contact%sign, -contact%sign, settings%is_of_base)*settings%rest
@@ -248,9 +241,8 @@ contains
 
    !> Zero of the displacement histories of a beam that is released from this contact: the displacement of the contact
    !> surface; 0 at a contact of a body.
-   elemental function datum_of(contact) result(datum)
+   elemental real(wp) function datum_of(contact) result(datum)
       type(contact_t), intent(in) :: contact
-      real(wp) :: datum
 
       datum = 0.0_wp
       if (contact%settings%body == 0) datum = contact%sign*contact%height

@@ -12,18 +12,16 @@ module stop_laws
 contains
 
    !> Whether the stop is rigid, so that impulses act on the beam.
-   elemental function is_rigid(settings) result(answer)
+   elemental logical function is_rigid(settings) result(answer)
       type(stop_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = settings%law == law_restitution
    end function is_rigid
 
    !> Static stiffness k in lambda1^4 E Ibar/L^3, the force per unit of constant indentation; 0: the stop is rigid. The
    !> ratio of the settings is in 3 E Ibar/L^3.
-   elemental function static_stiffness(settings) result(stiffness)
+   elemental real(wp) function static_stiffness(settings) result(stiffness)
       type(stop_settings_t), intent(in) :: settings
-      real(wp) :: stiffness
 
       stiffness = 0.0_wp
       if (.not. is_rigid(settings)) stiffness = 3.0_wp*settings%stiffness_ratio/lambda1_power4

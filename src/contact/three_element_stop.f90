@@ -21,14 +21,13 @@ module three_element_stop
 contains
 
    !> Make model B from the dimensionless ratios of the paper (Irie, Yamada, Asano 1977).
-   elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
+   elemental type(three_element_t) function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
       !> Stiffness ratio kappa = k/(3 E Ibar/L^3), with Ibar that of the section of mean height
       real(wp), intent(in) :: stiffness_ratio
       !> Stiffness beta of the branch spring over k
       real(wp), intent(in) :: branch_ratio
       !> Damping ratio c* = c omega1/(3 E Ibar/L^3); 0: the branch bears no force
       real(wp), intent(in) :: damper_ratio
-      type(three_element_t) :: stop
 
       real(wp) :: branch
 
@@ -49,11 +48,10 @@ contains
 
    !> Gain beta k phi in the formula of `branch_decay`: beta k if the damper is rigid (nu = 0), 0 if the damper has no
    !> resistance (nu infinite).
-   elemental function branch_gain(stop, step) result(gain)
+   elemental real(wp) function branch_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
-      real(wp) :: gain
 
       real(wp) :: x
 
@@ -72,11 +70,10 @@ contains
 
    !> Coefficient g = beta k (1 - phi)/(nu step) in the mean of P2 over the step, phi P2(tau) + g (u(tau + step) -
    !> u(tau)), with phi = (1 - exp(-nu step))/(nu step).
-   elemental function branch_mean_gain(stop, step) result(gain)
+   elemental real(wp) function branch_mean_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
-      real(wp) :: gain
 
       integer, parameter :: last_factor = 20
       real(wp) :: x, term
@@ -98,12 +95,11 @@ contains
    end function branch_mean_gain
 
    !> exp(-rate step), including the limits of rate 0 and infinity.
-   elemental function decay_over(rate, step) result(decay)
+   elemental real(wp) function decay_over(rate, step) result(decay)
       !> Rate per tau; `huge` means infinity
       real(wp), intent(in) :: rate
       !> Time
       real(wp), intent(in) :: step
-      real(wp) :: decay
 
       decay = 1.0_wp
       if (step <= 0.0_wp) return
@@ -113,10 +109,9 @@ contains
 
    !> Coefficients of a time step. The energy stored in the springs plus the energy dissipated in the damper equals the
    !> work of the mean of P on the stop.
-   pure function step(self, length)
+   pure type(stop_step_t) function step(self, length)
       class(three_element_t), intent(in) :: self
       real(wp), intent(in) :: length
-      type(stop_step_t) :: step
 
       real(wp) :: mean_gain
 
@@ -146,13 +141,12 @@ contains
    end subroutine unload
 
    !> Energy in both springs, k u^2/2 + P2^2/(2 beta k).
-   pure function energy(self, indentation, branch_force)
+   pure real(wp) function energy(self, indentation, branch_force)
       class(three_element_t), intent(in) :: self
       !> u
       real(wp), intent(in) :: indentation
       !> P2
       real(wp), intent(in) :: branch_force
-      real(wp) :: energy
 
       energy = 0.5_wp*self%stiffness*indentation**2
       if (self%branch_stiffness > 0.0_wp) energy = energy + 0.5_wp*branch_force**2/self%branch_stiffness

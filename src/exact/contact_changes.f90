@@ -176,10 +176,9 @@ contains
 
    !> Whether the contact has no clearance to the opposite contact, and the opposite contact is closed. The gap is then
    !> zero until the opposite contact opens.
-   pure function is_blocked(self, k) result(answer)
+   pure logical function is_blocked(self, k) result(answer)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      logical :: answer
 
       answer = self%states(k)%has_no_clearance
       if (answer) answer = self%states(self%states(k)%opposite)%is_closed

@@ -178,9 +178,8 @@ contains
    contains
 
       !> Role of a contact in the impact problem: one of `rebounds`, `comes_to_rest` and `stays_closed`.
-      pure function role_of(k) result(role)
+      pure integer function role_of(k) result(role)
          integer, intent(in) :: k
-         integer :: role
 
          role = rebounds
          if (captures(k)%is_captured) role = comes_to_rest

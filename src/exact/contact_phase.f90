@@ -440,10 +440,9 @@ contains
 
    !> Whether dissipation is computed in this phase. Measures alone require dissipation only if a compliant contact is
    !> closed.
-   pure function needs_losses(self, motion) result(needs)
+   pure logical function needs_losses(self, motion) result(needs)
       class(contact_phase_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      logical :: needs
 
       needs = size(self%now%set%compliant) > 0 .and. reads_losses(motion%observers)
       needs = needs .or. motion%recorder%requested%energy

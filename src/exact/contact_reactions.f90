@@ -266,14 +266,13 @@ contains
 
    !> Whether the beam is at rest until loads change. Velocities and accelerations are then rounding errors, loads are
    !> constant, no open contact is deformed, and no contact has a branch force.
-   function is_at_rest(self, motion, acceleration, magnitude) result(answer)
+   logical function is_at_rest(self, motion, acceleration, magnitude) result(answer)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       !> Accelerations of the free modes, [modes]
       real(wp), intent(in) :: acceleration(:)
       !> Sum of the magnitudes of the summands of each acceleration, [modes]
       real(wp), intent(in) :: magnitude(:)
-      logical :: answer
 
       type(load_segment_t) :: segment
       logical :: is_free(size(acceleration))

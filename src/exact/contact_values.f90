@@ -16,7 +16,7 @@ contains
 
    !> An event at the present state. In the event, the displacement and velocities of the stop point are positive
    !> upward.
-   pure function event_of(self, k, kind, motion, before, after) result(event)
+   pure type(event_t) function event_of(self, k, kind, motion, before, after) result(event)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       !> One of the `event_` constants
@@ -26,7 +26,6 @@ contains
       real(wp), intent(in) :: before
       !> Velocity of the stop point after the event, positive away from the contact
       real(wp), intent(in) :: after
-      type(event_t) :: event
 
       associate (contact => self%states(k)%contact)
          event = event_t(tau=motion%tau, kind=kind, eta=contact%sign*gap_of(self, k, motion%q), &
@@ -35,34 +34,31 @@ contains
    end function event_of
 
    !> Gap of a contact, including the displacement of a massless node.
-   pure function gap_of(self, k, q) result(gap)
+   pure real(wp) function gap_of(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), contiguous, intent(in) :: q(:)
-      real(wp) :: gap
 
       gap = gap_to_undeformed(self, k, q)
       if (self%states(k)%is_node) gap = gap + self%states(k)%indentation
    end function gap_of
 
    !> Gap of a contact by the displacement of the modes alone, without the displacement of a massless node.
-   pure function gap_to_undeformed(self, k, q) result(gap)
+   pure real(wp) function gap_to_undeformed(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), contiguous, intent(in) :: q(:)
-      real(wp) :: gap
 
       gap = modal_product(self%beam%value(:, k), q) - self%beam%height(k)
    end function gap_to_undeformed
 
    !> Displacement or velocity of a point, or the mobility between two points: the product of a mode-shape vector with a
    !> modal vector.
-   pure function modal_product(shape, state) result(value)
+   pure real(wp) function modal_product(shape, state) result(value)
       !> Mode-shape values at the point, [modes]
       real(wp), contiguous, intent(in) :: shape(:)
       !> Modal displacements or velocities, or mode-shape values at the other point, [modes]
       real(wp), contiguous, intent(in) :: state(:)
-      real(wp) :: value
 
       integer :: i
 
@@ -74,42 +70,38 @@ contains
    end function modal_product
 
    !> Gap velocity, positive away from the contact.
-   pure function velocity_of(self, k, motion) result(velocity)
+   pure real(wp) function velocity_of(self, k, motion) result(velocity)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: velocity
 
       velocity = modal_product(self%beam%value(:, k), motion%v)
    end function velocity_of
 
    !> Rounding error of a gap, including the effect of the rounding error of tau.
-   pure function gap_rounding(self, k, motion) result(rounding)
+   pure real(wp) function gap_rounding(self, k, motion) result(rounding)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: rounding
 
       rounding = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
          + abs(velocity_of(self, k, motion))*motion%tau)
    end function gap_rounding
 
    !> Rounding error of a gap velocity.
-   pure function velocity_rounding(self, k, motion) result(rounding)
+   pure real(wp) function velocity_rounding(self, k, motion) result(rounding)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: rounding
 
       rounding = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
    end function velocity_rounding
 
    !> Force of a compliant contact if the contact is closed.
-   pure function force_of(self, k, motion) result(force)
+   pure real(wp) function force_of(self, k, motion) result(force)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      real(wp) :: force
 
       force = force_in(self%states(k), velocity_of(self, k, motion))
    end function force_of
@@ -131,13 +123,12 @@ contains
 
    !> Negative acceleration of a gap without a force at this contact: positive if a reaction is needed to keep the gap
    !> at zero.
-   function reaction_demand(self, k, motion, rounding) result(demand)
+   real(wp) function reaction_demand(self, k, motion, rounding) result(demand)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
       !> Rounding error of the result
       real(wp), intent(out), optional :: rounding
-      real(wp) :: demand
 
       real(wp), allocatable :: compliant(:)
 
@@ -160,10 +151,9 @@ contains
    end function reaction_demand
 
    !> Upper bound of the magnitude of the gap of a closed compliant contact.
-   pure function gap_bound_of_terms(self, k) result(gap_bound)
+   pure real(wp) function gap_bound_of_terms(self, k) result(gap_bound)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: gap_bound
 
       associate (term => self%set%gap(k, :)*self%amplitude)
          gap_bound = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))

@@ -167,9 +167,8 @@ contains
 
    !> Whether the beam is so stiff at a massless node that only the highest modes of the mesh move the node. With lower
    !> modes alone, the node would be rigid, and its rounding errors would count as energy.
-   pure function has_stiff_node(modes) result(answer)
+   pure logical function has_stiff_node(modes) result(answer)
       type(free_modes_t), intent(in) :: modes
-      logical :: answer
 
       ! below this flexibility the energy (displacement)^2/(2 flexibility) of a rounding error is significant
       real(wp), parameter :: min_flexibility = 1.0e-20_wp

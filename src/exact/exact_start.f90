@@ -146,9 +146,8 @@ contains
    end subroutine start_motion
 
    !> Whether the run continues an earlier motion.
-   pure function is_continued(phase)
+   pure logical function is_continued(phase)
       type(contact_phase_t), intent(in) :: phase
-      logical :: is_continued
 
       is_continued = .false.
       if (allocated(phase%carried)) is_continued = allocated(phase%carried%q)

@@ -17,7 +17,7 @@ module load_work
 contains
 
    !> Work of all loads from the start of the phase to a time.
-   function work_of_loads(self, time, phasor, z, v, term) result(work)
+   real(wp) function work_of_loads(self, time, phasor, z, v, term) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
@@ -28,7 +28,6 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       !> Values of the terms exp(s t) at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
-      real(wp) :: work
 
       real(wp) :: uncoupled(size(z))
 
@@ -100,7 +99,7 @@ contains
    end subroutine add_uncoupled_modes
 
    !> Work of a harmonic load on modes in free vibration.
-   pure function work_of_harmonic(load, phasor, uncoupled, square, adjoint, z0, v0, z, v) result(work)
+   pure real(wp) function work_of_harmonic(load, phasor, uncoupled, square, adjoint, z0, v0, z, v) result(work)
       type(load_segment_t), intent(in) :: load
       !> exp(i w t) of the load
       complex(wp), intent(in) :: phasor
@@ -118,7 +117,6 @@ contains
       real(wp), contiguous, intent(in) :: z(:)
       !> Velocities at the time, [modes]
       real(wp), contiguous, intent(in) :: v(:)
-      real(wp) :: work
 
       ! change of exp(i w t) (W^2 z + i w z') of a mode since the start of the phase
       real(wp) :: real_change, imaginary_change
@@ -144,22 +142,20 @@ contains
    end function work_of_harmonic
 
    !> Whether the amplitude of a harmonic is nonzero.
-   elemental function is_nonzero(harmonic) result(answer)
+   elemental logical function is_nonzero(harmonic) result(answer)
       complex(wp), intent(in) :: harmonic
-      logical :: answer
 
       answer = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
    end function is_nonzero
 
    !> Whether a mode is driven from rest by this part of a load.
-   pure function is_driven(self, mode, part, load) result(answer)
+   pure logical function is_driven(self, mode, part, load) result(answer)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
       !> One of the `by_` constants
       integer, intent(in) :: part
       !> Index of the load; 0: all loads
       integer, intent(in) :: load
-      logical :: answer
 
       associate (driven => self%set%forced%driven)
          answer = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
@@ -167,14 +163,13 @@ contains
    end function is_driven
 
    !> Work of all loads on the exponential terms of a motion with compliant contacts.
-   pure function work_on_terms(self, time, phasor, term) result(work)
+   pure real(wp) function work_on_terms(self, time, phasor, term) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
       !> Values of the terms at that time, [terms]
       complex(wp), intent(in) :: term(:)
-      real(wp) :: work
 
       complex(wp) :: power(size(term)), s
       integer :: g, m
@@ -243,12 +238,11 @@ contains
 
    !> Work of all loads on the load response: on modes driven from rest, and on the displacements along the loads
    !> (work-conjugate displacements), which have the form constant + slope t + harmonics.
-   pure function work_on_load_response(self, time, phasor) result(work)
+   pure real(wp) function work_on_load_response(self, time, phasor) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i w t), [harmonics]
       complex(wp), intent(in) :: phasor(:)
-      real(wp) :: work
 
       integer :: g, i, m
       ! exp(i w t) of a load
@@ -285,7 +279,7 @@ contains
 
    !> Work of a load whose work-conjugate displacement is Re(row exp(i omega t)), with a frequency omega that may be
    !> that of another load.
-   pure function work_on_harmonic(load, load_phasor, row, omega, phasor, time) result(work)
+   pure real(wp) function work_on_harmonic(load, load_phasor, row, omega, phasor, time) result(work)
       type(load_segment_t), intent(in) :: load
       !> exp(i w t) of the harmonic of this load
       complex(wp), intent(in) :: load_phasor
@@ -296,7 +290,6 @@ contains
       !> exp(i omega t)
       complex(wp), intent(in) :: phasor
       real(wp), intent(in) :: time
-      real(wp) :: work
 
       complex(wp) :: s
 
@@ -315,12 +308,11 @@ contains
    !> Energy dissipated in the damper of a closed compliant contact. With a branch (damper and second spring in series)
    !> the energy is the integral of the squared branch force, else of the squared indentation rate, times a factor.
    !> Force and rate are sums of exponential terms.
-   function loss_in_stop(self, place, time) result(loss)
+   real(wp) function loss_in_stop(self, place, time) result(loss)
       type(phase_state_t), intent(inout) :: self
       !> Index among the compliant contacts of the set
       integer, intent(in) :: place
       real(wp), intent(in) :: time
-      real(wp) :: loss
 
       complex(wp), allocatable :: amplitude(:)
       type(interval_terms_t) :: span
@@ -349,11 +341,10 @@ contains
    end function loss_in_stop
 
    !> Contribution of the load response to the integral of a contact force.
-   function load_response_impulse(self, k, time) result(impulse)
+   real(wp) function load_response_impulse(self, k, time) result(impulse)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: impulse
 
       real(wp) :: mode_state(0:1)
       integer :: i, row

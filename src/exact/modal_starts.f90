@@ -114,9 +114,8 @@ contains
 
    !> Flexibility of the beam at a massless node at the stop (of a redistributed mass matrix), in addition to that of
    !> the modes; 0: there is no massless node.
-   pure function node_flexibility(state) result(flexibility)
+   pure real(wp) function node_flexibility(state) result(flexibility)
       type(contact_state_t), intent(in) :: state
-      real(wp) :: flexibility
 
       flexibility = 0.0_wp
       if (state%is_node) flexibility = 1.0_wp/state%spring%stiffness

@@ -49,10 +49,9 @@ module phase_intervals
 contains
 
    !> State of a contact during the phase, as observers use it.
-   pure function contact(self, k)
+   pure type(observed_contact_t) function contact(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      type(observed_contact_t) :: contact
 
       associate (state => self%now%states(k))
          contact%number = state%contact%number
@@ -96,10 +95,9 @@ contains
    !> Upper bound of the magnitude of a gap; `huge`: unknown. For an open contact, the bound follows from the search for
    !> the end of the phase: the gap is negative by at most the indentation at the start of the phase, because an open
    !> contact recovers. For a closed contact, the bound follows from the amplitudes of the terms, which do not grow.
-   pure function gap_bound(self, k)
+   pure real(wp) function gap_bound(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: gap_bound
 
       gap_bound = huge(1.0_wp)
       if (self%now%set%is_closed(k)) then
@@ -114,10 +112,9 @@ contains
    end function gap_bound
 
    !> Rounding error of a gap.
-   pure function rounding(self, k)
+   pure real(wp) function rounding(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: rounding
 
       associate (constrained => self%now%set%constrained)
          rounding = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, &
@@ -126,11 +123,10 @@ contains
    end function rounding
 
    !> Whether an output row exceeds a level during the phase.
-   function exceeds(self, row, level) result(does)
+   logical function exceeds(self, row, level) result(does)
       class(phase_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: level
-      logical :: does
 
       class(transformable_signal_t), allocatable :: part
       class(transformable_signal_t), pointer :: signal
@@ -390,10 +386,9 @@ contains
    end subroutine expand_in_exponentials
 
    !> Energy of beam and stops.
-   function energy(self, time)
+   real(wp) function energy(self, time)
       class(phase_interval_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp) :: energy
 
       type(contact_state_t) :: state
       real(wp), dimension(size(self%now%z)) :: z, v
@@ -433,11 +428,10 @@ contains
    end function energy
 
    !> Energy dissipated in the dampers of the stop of a contact.
-   function dissipated(self, k, time) result(energy)
+   real(wp) function dissipated(self, k, time) result(energy)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: energy
 
       energy = 0.0_wp
       if (.not. allocated(self%at_start) .or. .not. time > 0.0_wp) return
@@ -468,11 +462,10 @@ contains
    end subroutine find_signal
 
    !> Integral of a contact force from the start of the phase.
-   function impulse(self, k, time)
+   real(wp) function impulse(self, k, time)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: impulse
 
       real(wp) :: integral_of_force(1)
       type(row_signal_t) :: force

@@ -46,7 +46,7 @@ contains
    end function load_response_of
 
    !> Force of a closed contact at a time in the phase.
-   function force_at(now, k, time, z, v, term, rate) result(force)
+   real(wp) function force_at(now, k, time, z, v, term, rate) result(force)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Time from the start of the phase
@@ -60,7 +60,6 @@ contains
       !> Rate of the gap, from which the force of a compliant contact follows at time 0: with stiff dampers the sum of
       !> the terms would lose digits. Absent: the sum is used at time 0, too
       real(wp), intent(in), optional :: rate
-      real(wp) :: force
 
       real(wp) :: driven(3)
       integer :: place
@@ -150,7 +149,7 @@ contains
 
    !> Energy dissipated in the stop of a contact since the start of the phase; the states of contacts are already those
    !> at the end of the phase.
-   function loss_of_contact(self, k, at_start, time, is_inside) result(loss)
+   real(wp) function loss_of_contact(self, k, at_start, time, is_inside) result(loss)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       !> State of the contact at the start of the phase
@@ -158,7 +157,6 @@ contains
       real(wp), intent(in) :: time
       !> Whether the time is before the end of the phase
       logical, intent(in) :: is_inside
-      real(wp) :: loss
 
       type(contact_state_t) :: contact
       real(wp), dimension(size(self%z)) :: z, v
@@ -345,12 +343,11 @@ contains
    end subroutine losses_in
 
    !> Integral of the force of a closed contact from the start of the phase.
-   function impulse_in(now, k, time) result(impulse)
+   real(wp) function impulse_in(now, k, time) result(impulse)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Time from the start of the phase to the end of the integral
       real(wp), intent(in) :: time
-      real(wp) :: impulse
 
       complex(wp), allocatable :: amplitude(:)
       ! constant part of the force
@@ -376,7 +373,7 @@ contains
    !> Contribution of modes without coupling to compliant contacts to the impulse of a closed rigid contact. The
    !> contribution of a mode p to a reaction, p + 2 zeta p' with ' = d/dtau, is -(p'' + alpha p')/W^2, with alpha the
    !> rate of mass-proportional damping.
-   function impulse_of_modes(now, place, modes, time) result(impulse)
+   real(wp) function impulse_of_modes(now, place, modes, time) result(impulse)
       type(phase_state_t), intent(in) :: now
       !> Index of the contact among the closed rigid contacts
       integer, intent(in) :: place
@@ -384,7 +381,6 @@ contains
       integer, intent(in) :: modes(:)
       !> Time from the start of the phase to the end of the integral
       real(wp), intent(in) :: time
-      real(wp) :: impulse
 
       real(wp), dimension(size(now%z)) :: z, v
       ! integral of p + 2 zeta p' of a mode

@@ -29,9 +29,8 @@ contains
 
    !> Whether all contacts of the phase can be searched simultaneously. At the first use the output rows of the set are
    !> made.
-   function can_search_rows(self) result(can)
+   logical function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
-      logical :: can
 
       can = .false.
       ! separate searches are faster without loads, and for the gap of a single rigid contact, whose low flights
@@ -151,10 +150,9 @@ contains
 
    !> Whether the exponents do not suit the rows, because amplitudes or bounds would be out of range, or because some
    !> modes with nodes at all compliant contacts (`inactive`) have no exponents among them.
-   pure function is_unsuitable(self, exponent) result(is)
+   pure logical function is_unsuitable(self, exponent) result(is)
       type(phase_state_t), intent(in) :: self
       complex(wp), intent(in) :: exponent(:)
-      logical :: is
 
       is = size(exponent) == 0
       if (is) return
@@ -277,12 +275,11 @@ contains
 
    !> Whether a signal is a combination of output rows. The gap is none while the open stop recovers from its
    !> indentation, because the surface of the stop then moves without the beam.
-   pure function is_row(self, k, kind) result(is)
+   pure logical function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       !> One of the `end_` or `observed_` constants
       integer, intent(in) :: kind
-      logical :: is
 
       is = .true.
       if (kind == observed_tip) return
@@ -295,12 +292,11 @@ contains
    end function is_row
 
    !> A signal that ends a phase or is observed, as a combination of output rows.
-   pure function row_signal(self, k, kind) result(signal)
+   pure type(row_signal_t) function row_signal(self, k, kind) result(signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       !> A kind for which `is_row` is true
       integer, intent(in) :: kind
-      type(row_signal_t) :: signal
 
       type(dynamic_stiffness_t) :: spring
       ! row of the load response; 0: no loads
@@ -439,7 +435,7 @@ contains
    end subroutine search_contacts
 
    !> Whether the phase continues although a deformed contact becomes undeformed.
-   pure function passes_undeformed(self, first, contact, kind, signals) result(passes)
+   pure logical function passes_undeformed(self, first, contact, kind, signals) result(passes)
       type(phase_state_t), intent(in) :: self
       !> Index of the signal that vanishes, 0: none
       integer, intent(in) :: first
@@ -448,7 +444,6 @@ contains
       !> `end_` constant of each signal, [signals]
       integer, intent(in) :: kind(:)
       type(row_signal_t), intent(in) :: signals(:)
-      logical :: passes
 
       passes = self%passes_undeformed .and. first > 0
       if (passes) passes = kind(first) == end_undeformed
@@ -459,12 +454,11 @@ contains
    end function passes_undeformed
 
    !> Whether the path of the simultaneous search covers the phase, and this output row can be evaluated from the path.
-   pure function is_on_path(self, length, row) result(is)
+   pure logical function is_on_path(self, length, row) result(is)
       type(phase_state_t), intent(in) :: self
       !> Length of the phase
       real(wp), intent(in) :: length
       type(output_row_t), intent(in) :: row
-      logical :: is
 
       associate (path => self%path, contacts => size(self%states))
          is = path%is_complete .and. row%number <= 2*contacts + 1 .and. row%order == 0
@@ -475,10 +469,9 @@ contains
    end function is_on_path
 
    !> An output row requested by observers, as a signal on the path of the simultaneous search.
-   pure function signal_of_row(self, row) result(signal)
+   pure type(row_signal_t) function signal_of_row(self, row) result(signal)
       type(phase_state_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
-      type(row_signal_t) :: signal
 
       associate (contacts => size(self%states))
          if (row%number > contacts + 1) then

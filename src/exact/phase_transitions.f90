@@ -367,10 +367,9 @@ contains
 
       !> Whether the opposite contact at the same point, which stays closed as well, bears the force that both could
       !> bear. Two constraints at one point would be redundant.
-      pure function bears_nothing(a) result(answer)
+      pure logical function bears_nothing(a) result(answer)
          !> Index among the candidates
          integer, intent(in) :: a
-         logical :: answer
 
          integer :: b
 

@@ -124,7 +124,7 @@ contains
    end subroutine record_sizes
 
    !> Change of the signal that ends a phase by a small change of state and loads.
-   function signal_change(now, k, ended_by, q, v, branch_force, load) result(change)
+   real(wp) function signal_change(now, k, ended_by, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> One of the `end_` constants
@@ -137,7 +137,6 @@ contains
       real(wp), intent(in) :: branch_force(:)
       !> Changes of the loads, [loads]
       real(wp), intent(in) :: load(:)
-      real(wp) :: change
 
       associate (state => now%states(k), gap => sum(now%beam%value(:, k)*q))
          select case (ended_by)
@@ -163,7 +162,7 @@ contains
    end function signal_change
 
    !> Change of the force of a compliant contact by a change of state.
-   pure function force_change(now, k, q, v, branch_force) result(change)
+   pure real(wp) function force_change(now, k, q, v, branch_force) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Changes of q, [free modes]
@@ -172,7 +171,6 @@ contains
       real(wp), intent(in) :: v(:)
       !> Changes of the branch forces, as in `signal_change`
       real(wp), intent(in) :: branch_force(:)
-      real(wp) :: change
 
       ! force of the spring, damper and Maxwell branch: P = P2 + c du/dtau + k u, and the indentation u is minus the gap
       associate (spring => now%states(k)%spring, b => now%beam%value(:, k))
@@ -181,7 +179,7 @@ contains
    end function force_change
 
    !> Change of the reaction of a closed rigid contact by a change of state and loads.
-   recursive function reaction_change(now, k, q, v, branch_force, load) result(change)
+   recursive real(wp) function reaction_change(now, k, q, v, branch_force, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Changes of q, [free modes]
@@ -192,7 +190,6 @@ contains
       real(wp), intent(in) :: branch_force(:)
       !> Changes of the loads, as in `signal_change`
       real(wp), intent(in) :: load(:)
-      real(wp) :: change
 
       ! change of the modal forces that the contact reactions must balance, [free modes]
       real(wp), allocatable :: forces(:)

@@ -32,9 +32,8 @@ module tangent_flow
 contains
 
    !> Whether the branch force P2 of a contact is a state variable.
-   elemental function has_branch_force(state) result(answer)
+   elemental logical function has_branch_force(state) result(answer)
       type(contact_state_t), intent(in) :: state
-      logical :: answer
 
       answer = .false.
       if (allocated(state%spring)) answer = state%spring%branch_stiffness > 0.0_wp
@@ -111,10 +110,9 @@ contains
    end subroutine find_rates
 
    !> Value of a load at a time from the start of the phase.
-   elemental function value_of(segment, time) result(value)
+   elemental real(wp) function value_of(segment, time) result(value)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
-      real(wp) :: value
 
       value = segment%constant + segment%slope*time + real(segment%harmonic*exp(cmplx(0.0_wp, segment%frequency*time, &
          wp)), wp)

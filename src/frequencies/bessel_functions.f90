@@ -23,12 +23,11 @@ module bessel_functions
 contains
 
    !> The function exp(-x) I_n(x), by the power series if it is short, else by the integral.
-   pure function bessel_i_scaled(n, x) result(value)
+   pure real(wp) function bessel_i_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
-      real(wp) :: value
 
       if (is_short_series(n, x)) then
          value = real(bessel_i_series(n, real(x, qp)), wp)
@@ -38,12 +37,11 @@ contains
    end function bessel_i_scaled
 
    !> The function exp(x) K_n(x), by a recurrence that adds positive terms.
-   pure function bessel_k_scaled(n, x) result(value)
+   pure real(wp) function bessel_k_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
-      real(wp) :: value
 
       if (n < 2) then
          value = bessel_k_integral(n, x)
@@ -54,12 +52,11 @@ contains
 
    !> Whether the power series of I_n has few terms. Otherwise I_n exceeds I_0/2, so that its integral has no
    !> cancellation.
-   pure function is_short_series(n, x) result(is_short)
+   pure logical function is_short_series(n, x) result(is_short)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
-      logical :: is_short
 
       is_short = x < real(max(5, n**2), wp)
    end function is_short_series
@@ -89,12 +86,11 @@ contains
    end function bessel_i_series
 
    !> The integral of `bessel_i_scaled_quad`, evaluated in double precision.
-   pure function bessel_i_integral(n, x) result(value)
+   pure real(wp) function bessel_i_integral(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, >= max(5, n^2)
       real(wp), intent(in) :: x
-      real(wp) :: value
 
       real(wp), parameter :: pi = acos(-1.0_wp)
       real(wp) :: exponent, step
@@ -113,12 +109,11 @@ contains
    end function bessel_i_integral
 
    !> The integral of `bessel_k_scaled_quad`, evaluated in double precision.
-   pure function bessel_k_integral(n, x) result(value)
+   pure real(wp) function bessel_k_integral(n, x) result(value)
       !> Order
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
-      real(wp) :: value
 
       real(wp) :: exponent, step, t
       integer :: k
@@ -138,7 +133,7 @@ contains
    end function bessel_k_integral
 
    !> K_n(x) from K_0(x) and K_1(x) by forward recurrence; all three may be scaled by the same factor.
-   pure function bessel_k_recurrence(n, x, zeroth, first) result(value)
+   pure real(wp) function bessel_k_recurrence(n, x, zeroth, first) result(value)
       !> Order, >= 1
       integer, intent(in) :: n
       !> Argument
@@ -147,7 +142,6 @@ contains
       real(wp), intent(in) :: zeroth
       !> K_1(x)
       real(wp), intent(in) :: first
-      real(wp) :: value
 
       real(wp) :: previous, next
       integer :: order

@@ -103,11 +103,10 @@ contains
 
    !> Whether the first eigenvalue is accurate to `max_error`. With supports or a pinned root the error is estimated by
    !> the rounding of the largest eigenvalue; otherwise the eigenvalue is compared with `lowest_lambda`.
-   pure function is_accurate(model, eigenvalue) result(answer)
+   pure logical function is_accurate(model, eigenvalue) result(answer)
       type(beam_model_t), intent(in) :: model
       !> All lambda_i^4 except that of a rigid-body rotation about the root
       real(wp), intent(in) :: eigenvalue(:)
-      logical :: answer
 
       if (size(model%supports) > 0 .or. has_pinned_root(model)) then
          ! the relative error of lambda^4 is four times that of lambda
@@ -118,9 +117,8 @@ contains
    end function is_accurate
 
    !> Estimate of lambda_1 with a few digits by power iteration in element curvatures, which has no cancellation.
-   pure function lowest_lambda(model) result(lambda)
+   pure real(wp) function lowest_lambda(model) result(lambda)
       type(beam_model_t), intent(in) :: model
-      real(wp) :: lambda
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: curvature(:), deflection(:)

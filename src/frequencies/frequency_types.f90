@@ -40,10 +40,9 @@ module frequency_types
 contains
 
    !> Error of lambda in percent; NaN for a rigid-body mode.
-   elemental function error_in_percent(lambda, exact) result(error)
+   elemental real(wp) function error_in_percent(lambda, exact) result(error)
       real(wp), intent(in) :: lambda
       real(wp), intent(in) :: exact
-      real(wp) :: error
 
       error = ieee_value(1.0_wp, ieee_quiet_nan)
       if (exact > 0.0_wp) error = 100.0_wp*(lambda/exact - 1.0_wp)

@@ -351,9 +351,8 @@ contains
    end subroutine orthogonalise
 
    !> Sum of squares in blocks, so that rounding errors do not grow with the number of terms.
-   pure function sum_of_squares(values) result(total)
+   pure real(wp) function sum_of_squares(values) result(total)
       real(wp), intent(in) :: values(:)
-      real(wp) :: total
 
       integer, parameter :: block = 512
       real(wp), allocatable :: block_sum(:)

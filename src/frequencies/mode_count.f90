@@ -17,11 +17,10 @@ module mode_count
 contains
 
    !> The number of modes of the beam on its supports, including a rigid-body rotation about the root.
-   pure function modes_below(model, lambda) result(below)
+   pure integer function modes_below(model, lambda) result(below)
       type(beam_model_t), intent(in) :: model
       !> Bound on lambda; omega = lambda^2 with E Ibar = rho Abar = L = 1 (Ibar, Abar: section of mean height)
       real(wp), intent(in) :: lambda
-      integer :: below
       ! whether a rigid support constrains each degree of freedom
       logical :: is_constrained(model%mass%order)
 

@@ -41,9 +41,8 @@ contains
    end subroutine fix_mode_signs
 
    !> Number of sign changes in a sequence of values. Zeros are ignored.
-   pure function sign_changes(values) result(changes)
+   pure integer function sign_changes(values) result(changes)
       real(wp), intent(in) :: values(:)
-      integer :: changes
 
       real(wp) :: previous
       integer :: i
@@ -61,13 +60,12 @@ contains
 
    !> Orthogonality errors in M and K of a set of modes. The error in K includes the cancellation inside the assembled
    !> K, which grows with the number of elements, besides the errors of the modes.
-   pure function mode_quality(model, lambda, modes) result(quality)
+   pure type(mode_quality_t) function mode_quality(model, lambda, modes) result(quality)
       type(beam_model_t), intent(in) :: model
       !> lambda_i, [modes]
       real(wp), intent(in) :: lambda(:)
       !> Mode shapes as columns, [2 n, modes]
       real(wp), intent(in) :: modes(:, :)
-      type(mode_quality_t) :: quality
 
       real(wp), allocatable :: product(:)
       real(wp) :: expected, value

@@ -38,9 +38,8 @@ module piecewise_frequencies
 contains
 
    !> The continuous beam of a model whose section is uniform between stations.
-   pure function segments_of(model) result(beam)
+   pure type(piecewise_t) function segments_of(model) result(beam)
       type(beam_model_t), intent(in) :: model
-      type(piecewise_t) :: beam
 
       ! these arrays are large and threads have small stacks, so the arrays are allocated
       type(joint_t), allocatable :: joints(:)
@@ -98,13 +97,12 @@ contains
    end subroutine constrain
 
    !> Whether the sections at two points differ.
-   pure function section_differs(model, one, other) result(answer)
+   pure logical function section_differs(model, one, other) result(answer)
       type(beam_model_t), intent(in) :: model
       !> Distance of one point to the tip
       real(wp), intent(in) :: one
       !> Distance of the other point to the tip
       real(wp), intent(in) :: other
-      logical :: answer
 
       answer = abs(area(model%section, one) - area(model%section, other)) > 0.0_wp .or. &
          abs(inertia(model%section, one) - inertia(model%section, other)) > 0.0_wp
@@ -146,11 +144,10 @@ contains
 
    !> Number of roots below lambda: the roots of each segment with both ends clamped, plus the negative eigenvalues
    !> of the dynamic stiffness matrix, which is eliminated joint by joint from the root to the tip.
-   pure function roots_below(beam, lambda) result(count)
+   pure integer function roots_below(beam, lambda) result(count)
       type(piecewise_t), intent(in) :: beam
       !> Bound lambda > 0
       real(qp), intent(in) :: lambda
-      integer :: count
 
       real(qp), parameter :: min_ratio = epsilon(1.0_qp)**2
       ! block of the matrix for a joint, after the elimination of all joints before

@@ -112,12 +112,11 @@ contains
    end subroutine rigid_rotation
 
    !> The bend of a unit coordinate.
-   pure function bend_of(natural, coordinate, form) result(bend)
+   pure type(bend_t) function bend_of(natural, coordinate, form) result(bend)
       type(natural_beam_t), intent(in) :: natural
       integer, intent(in) :: coordinate
       !> Part of the beam that is at rest, one of the `_at_rest` constants
       integer, intent(in) :: form
-      type(bend_t) :: bend
 
       real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
 
@@ -140,13 +139,12 @@ contains
    end function bend_of
 
    !> Displacement of a point beyond the bent element.
-   pure function outer_displacement(bend, x, tip_distance) result(displacement)
+   pure real(wp) function outer_displacement(bend, x, tip_distance) result(displacement)
       type(bend_t), intent(in) :: bend
       !> Distance of the point to the root
       real(wp), intent(in) :: x
       !> Distance of the point to the tip
       real(wp), intent(in) :: tip_distance
-      real(wp) :: displacement
 
       select case (bend%at_rest)
       case (end_at_rest)
@@ -159,9 +157,8 @@ contains
    end function outer_displacement
 
    !> Rotation of the beam beyond the bent element.
-   pure function outer_rotation(bend) result(rotation)
+   pure real(wp) function outer_rotation(bend) result(rotation)
       type(bend_t), intent(in) :: bend
-      real(wp) :: rotation
 
       rotation = 0.0_wp
       if (bend%at_rest == root_at_rest) rotation = bend%rotation

@@ -197,12 +197,11 @@ contains
    end subroutine exclude_supports
 
    !> The constraint of a support in terms of the coordinates.
-   pure function constraint_of(model, beam, support) result(constraint)
+   pure type(constraint_t) function constraint_of(model, beam, support) result(constraint)
       type(beam_model_t), intent(in) :: model
       !> Beam whose springs are set
       type(supported_beam_t), intent(in) :: beam
       integer, intent(in) :: support
-      type(constraint_t) :: constraint
 
       integer :: spring
 
@@ -244,13 +243,12 @@ contains
    end subroutine add_motion
 
    !> Violation of the constraint of a support.
-   pure function violation_of(constraint, q, displacement) result(violation)
+   pure real(wp) function violation_of(constraint, q, displacement) result(violation)
       type(constraint_t), intent(in) :: constraint
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
       !> Displacement or rotation of the degree of freedom of the support
       real(wp), intent(in) :: displacement
-      real(wp) :: violation
 
       violation = displacement
       if (constraint%coordinate > 0) violation = violation - constraint%sqrt_compliance*q(constraint%coordinate)

@@ -57,17 +57,15 @@ module applied_loads
 contains
 
    !> Whether the run has applied loads.
-   pure function has_loads(settings) result(answer)
+   pure logical function has_loads(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = allocated(settings%forces) .or. allocated(settings%bases)
    end function has_loads
 
    !> Number of forces, which precede the base motions among all loads.
-   pure function count_forces(settings) result(number)
+   pure integer function count_forces(settings) result(number)
       type(run_settings_t), intent(in) :: settings
-      integer :: number
 
       number = 0
       if (allocated(settings%forces)) number = size(settings%forces)
@@ -132,9 +130,8 @@ contains
 
    !> Whether loads may be merged: bending moments (`&stress`) are evaluated with single forces, and derivatives with
    !> respect to an amplitude (`&poincare`) refer to a single load.
-   pure function are_mergeable(settings) result(answer)
+   pure logical function are_mergeable(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = .not. (allocated(settings%stress) .or. allocated(settings%poincare))
    end function are_mergeable
@@ -174,10 +171,9 @@ contains
 
    !> Whether a time course is a multiple of another one: all parameters but the amplitude are exactly equal. Tables are
    !> not compared.
-   pure function is_proportional(course, other) result(answer)
+   pure logical function is_proportional(course, other) result(answer)
       type(time_course_t), intent(in) :: course
       type(time_course_t), intent(in) :: other
-      logical :: answer
 
       answer = course%kind == other%kind .and. course%shape == other%shape .and. abs(other%amplitude) > 0.0_wp &
          .and. .not. (allocated(course%time) .or. allocated(other%time))
@@ -186,9 +182,8 @@ contains
    end function is_proportional
 
    !> Maximum magnitude of all time courses and of the slopes of tables, a measure of the modal forces.
-   pure function max_amplitude(loads) result(maximum)
+   pure real(wp) function max_amplitude(loads) result(maximum)
       type(applied_loads_t), intent(in) :: loads
-      real(wp) :: maximum
 
       integer :: g, i
 

@@ -50,7 +50,7 @@ module driven_modes
 contains
 
    !> A mode of a set of oscillators and its load, which is zero by default.
-   pure function make_driven_mode(oscillators, place, force, frequency, is_ramp) result(mode)
+   pure type(driven_mode_t) function make_driven_mode(oscillators, place, force, frequency, is_ramp) result(mode)
       type(oscillators_t), intent(in) :: oscillators
       !> Index of the mode
       integer, intent(in) :: place
@@ -60,7 +60,6 @@ contains
       real(wp), intent(in), optional :: frequency
       !> Whether the load is a ramp; default: no
       logical, intent(in), optional :: is_ramp
-      type(driven_mode_t) :: mode
 
       associate (decay => oscillators%decay(place), spread => oscillators%spread(place))
          mode%square = oscillators%square(place)
@@ -160,10 +159,9 @@ contains
    end subroutine find_points
 
    !> Integral of the motion from the start.
-   pure function integral_of(mode, time) result(value)
+   pure real(wp) function integral_of(mode, time) result(value)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: time
-      real(wp) :: value
 
       complex(wp) :: points(0:max_points)
       integer :: last
@@ -174,12 +172,11 @@ contains
 
    !> Work of a load on the motion, the integral of load times E': by parts for a slope, as half the sum of conjugates
    !> for a harmonic.
-   pure function work_on(mode, segment, time) result(work)
+   pure real(wp) function work_on(mode, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> The load per unit of its modal load
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
-      real(wp) :: work
 
       ! displacement and velocity of the mode
       real(wp) :: motion(0:1)
@@ -215,14 +212,13 @@ contains
    end function work_on
 
    !> Work of a load on the free motion of the mode, z' = v0 h' - W^2 z0 h with h the response to a unit impulse.
-   pure function work_on_free_motion(mode, start, segment, time) result(work)
+   pure real(wp) function work_on_free_motion(mode, start, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
       real(wp), intent(in) :: start(2)
       !> The load per unit of its modal load
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
-      real(wp) :: work
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       ! change of the displacement since time 0
@@ -246,12 +242,11 @@ contains
    end function work_on_free_motion
 
    !> Integral of the free motion of the mode.
-   pure function integral_of_free_motion(mode, start, time) result(value)
+   pure real(wp) function integral_of_free_motion(mode, start, time) result(value)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
       real(wp), intent(in) :: start(2)
       real(wp), intent(in) :: time
-      real(wp) :: value
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
 

@@ -301,9 +301,8 @@ contains
    end subroutine add_terms_of_mode
 
    !> Magnitude of a complex amplitude, without the protection of `abs` against overflow, which costs time.
-   elemental function abs1(harmonic) result(magnitude)
+   elemental real(wp) function abs1(harmonic) result(magnitude)
       complex(wp), intent(in) :: harmonic
-      real(wp) :: magnitude
 
       magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
    end function abs1
@@ -363,9 +362,8 @@ contains
    end subroutine find_short_driven
 
    !> Whether the signal is clearly positive at its start, relative to the magnitudes of its terms.
-   pure function starts_positive(self) result(answer)
+   pure logical function starts_positive(self) result(answer)
       class(driven_signal_t), intent(in) :: self
-      logical :: answer
 
       real(wp) :: magnitude, value
 
@@ -385,11 +383,10 @@ contains
 
    !> Order of the first derivative that a search must treat as nonzero at the start: 1 if the signal is zero to within
    !> its rounding error and its slope is positive.
-   function first_nonzero_order(signal, known_order) result(order)
+   integer function first_nonzero_order(signal, known_order) result(order)
       class(transformable_signal_t), intent(in) :: signal
       !> Order known to the caller; 0: unknown
       integer, intent(in) :: known_order
-      integer :: order
 
       type(bounds_t) :: at_start
 
@@ -432,9 +429,8 @@ contains
    end subroutine add_terms
 
    !> Whether modes driven from rest contribute to the load response.
-   pure function has_driven_modes(terms) result(has)
+   pure logical function has_driven_modes(terms) result(has)
       type(driven_terms_t), intent(in) :: terms
-      logical :: has
 
       has = terms%modes > 0
       if (has) has = any(abs(terms%weight) > 0.0_wp .or. abs(terms%weight_of_rate) > 0.0_wp)

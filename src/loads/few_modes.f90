@@ -32,28 +32,25 @@ module few_modes
 contains
 
    !> Whether the mesh is so large that only a part of its modes is found.
-   pure function takes_few_modes(elements, settings) result(answer)
+   pure logical function takes_few_modes(elements, settings) result(answer)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = elements > max_elements_for_all_modes .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
    !> Whether a run needs all modes. The replacement of the nodal velocity changes the velocity of one degree of freedom
    !> alone, which is a combination of all modes.
-   pure function needs_all_modes(settings) result(answer)
+   pure logical function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
    end function needs_all_modes
 
    !> Number of modes of the mesh.
-   pure function number_of_modes(model) result(number)
+   pure integer function number_of_modes(model) result(number)
       type(beam_model_t), intent(in) :: model
-      integer :: number
 
       number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
    end function number_of_modes

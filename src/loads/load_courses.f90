@@ -27,11 +27,10 @@ module load_courses
 contains
 
    !> The load segment that contains an instant, or begins at this instant.
-   pure function load_segment_at(course, tau) result(segment)
+   pure type(load_segment_t) function load_segment_at(course, tau) result(segment)
       type(time_course_t), intent(in) :: course
       !> Instant; if it equals the boundary of two segments to rounding, the later segment is returned
       real(wp), intent(in) :: tau
-      type(load_segment_t) :: segment
 
       real(wp) :: last
       integer :: k
@@ -92,19 +91,17 @@ contains
    end subroutine set_harmonic
 
    !> Whether an instant has been reached, to rounding.
-   elemental function is_past(tau, instant) result(answer)
+   elemental logical function is_past(tau, instant) result(answer)
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: instant
-      logical :: answer
 
       answer = instant - tau <= 2.0_wp*epsilon(1.0_wp)*abs(tau)
    end function is_past
 
    !> Index of the last point of a table at or before an instant; 0: there is none.
-   pure function last_point_before(course, tau) result(place)
+   pure integer function last_point_before(course, tau) result(place)
       type(time_course_t), intent(in) :: course
       real(wp), intent(in) :: tau
-      integer :: place
 
       integer :: above, middle
 
@@ -121,10 +118,9 @@ contains
    end function last_point_before
 
    !> Value of a load at an instant; at a jump the value after the jump.
-   elemental function value_at(course, tau) result(value)
+   elemental real(wp) function value_at(course, tau) result(value)
       type(time_course_t), intent(in) :: course
       real(wp), intent(in) :: tau
-      real(wp) :: value
 
       type(load_segment_t) :: segment
 
@@ -134,9 +130,8 @@ contains
 
    !> Acceleration of a base whose displacement is harmonic or a table. A cubic spline with zero end slopes interpolates
    !> the table, so the acceleration is linear between its points.
-   pure function acceleration_of(base) result(course)
+   pure type(time_course_t) function acceleration_of(base) result(course)
       type(base_settings_t), intent(in) :: base
-      type(time_course_t) :: course
 
       course = base%course
       if (base%quantity /= base_displacement) return

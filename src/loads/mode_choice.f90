@@ -30,11 +30,10 @@ module mode_choice
 contains
 
    !> Number of lowest modes of the first trial run.
-   pure function first_count(settings, base) result(count_of_first)
+   pure integer function first_count(settings, base) result(count_of_first)
       type(run_settings_t), intent(in) :: settings
       !> Modes among which the run chooses: all modes, or the lowest
       type(free_modes_t), intent(in) :: base
-      integer :: count_of_first
 
       type(time_course_t), allocatable :: courses(:)
       integer :: k
@@ -68,10 +67,9 @@ contains
 
    !> Minimum time from one reversal of a table to the next, the first point counted as a reversal, and from the last
    !> reversal to the last extremum.
-   pure function min_half_period(time, value) result(half_period)
+   pure real(wp) function min_half_period(time, value) result(half_period)
       real(wp), intent(in) :: time(:)
       real(wp), intent(in) :: value(:)
-      real(wp) :: half_period
 
       real(wp) :: threshold
       integer :: i, reversal, farthest
@@ -99,10 +97,9 @@ contains
 
    !> Number of lowest modes of the next trial run; after the last number of the list, a number above `max_count`, which
    !> ends the trials.
-   pure function next_count(count) result(more)
+   pure integer function next_count(count) result(more)
       !> Number of the last trial run
       integer, intent(in) :: count
-      integer :: more
 
       integer :: place
 
@@ -113,9 +110,8 @@ contains
 
    !> Whether damping rates are given mode by mode, because damping ratios of modes are given, or because the dampers of
    !> bodies do not follow the proportional damping of the beam.
-   pure function damps_each_mode(settings) result(answer)
+   pure logical function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       answer = allocated(settings%mode_ratios)
       if (answer .or. .not. allocated(settings%bodies)) return
@@ -126,9 +122,8 @@ contains
    end function damps_each_mode
 
    !> zeta of the stiffness-proportional damping that all modes have; 0 if damping ratios are given mode by mode.
-   pure function common_zeta(settings) result(zeta)
+   pure real(wp) function common_zeta(settings) result(zeta)
       type(run_settings_t), intent(in) :: settings
-      real(wp) :: zeta
 
       zeta = merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios))
    end function common_zeta

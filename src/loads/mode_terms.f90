@@ -116,10 +116,9 @@ contains
    end subroutine find_mode_terms
 
    !> Whether the pole of a load is far from the poles of the mode and, if these are slow, from 0.
-   pure function is_separate(mode, forced) result(answer)
+   pure logical function is_separate(mode, forced) result(answer)
       type(single_mode_t), intent(in) :: mode
       type(driven_mode_t), intent(in) :: forced
-      logical :: answer
 
       if (abs(mode%exponent(1))*mode%length <= max_slow) then
          answer = forced%frequency*mode%length > max_slow_load

@@ -159,10 +159,9 @@ contains
    end function surrogate_frequencies
 
    !> Minimum distance of i times the frequencies from all exponents, relative to the frequency.
-   pure function min_clearance(exponent, frequency) result(clearance)
+   pure real(wp) function min_clearance(exponent, frequency) result(clearance)
       complex(wp), intent(in) :: exponent(:)
       real(wp), intent(in) :: frequency(:)
-      real(wp) :: clearance
 
       integer :: k
 
@@ -170,10 +169,9 @@ contains
    end function min_clearance
 
    !> Whether the harmonic of a segment is slow for a phase of given length.
-   pure function is_slow(segment, length) result(answer)
+   pure logical function is_slow(segment, length) result(answer)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: length
-      logical :: answer
 
       answer = segment%frequency*length < lowest
    end function is_slow

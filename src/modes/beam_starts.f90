@@ -51,13 +51,12 @@ contains
    !> The spline through the points of a table. Its slope is zero at its first point if the root cannot rotate.
    !> Otherwise, and at its last point, its curvature is zero; beyond the points the curve is straight. A fixed root is
    !> one of the points, whether or not the table contains it.
-   pure function curve_of_table(model, position, values) result(curve)
+   pure type(piecewise_cubic_t) function curve_of_table(model, position, values) result(curve)
       type(beam_model_t), intent(in) :: model
       !> Positions x/L, ascending, two or more
       real(wp), intent(in) :: position(:)
       !> Values at these positions
       real(wp), intent(in) :: values(:)
-      type(piecewise_cubic_t) :: curve
 
       if (position(1) > root_tolerance .and. model%root_dofs(1) == 0) then
          curve = piecewise_cubic_t(position=[0.0_wp, position], value=[0.0_wp, values])

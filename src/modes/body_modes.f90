@@ -45,18 +45,16 @@ contains
    end subroutine append_bodies
 
    !> Number of bodies of a run.
-   pure function count_bodies(settings) result(number)
+   pure integer function count_bodies(settings) result(number)
       type(run_settings_t), intent(in) :: settings
-      integer :: number
 
       number = 0
       if (allocated(settings%bodies)) number = size(settings%bodies)
    end function count_bodies
 
    !> Whether a body has no spring.
-   pure function has_free_body(settings) result(has)
+   pure logical function has_free_body(settings) result(has)
       type(run_settings_t), intent(in) :: settings
-      logical :: has
 
       has = .false.
       if (allocated(settings%bodies)) has = any(settings%bodies%spring_ratio <= 0.0_wp)
@@ -64,17 +62,15 @@ contains
 
    !> Squared circular frequency k/m of a body, over omega1^2. The ratios of k and m are in 3 E Ibar/L^3 and rho Abar L,
    !> and omega1^2 = lambda1^4 E Ibar/(rho Abar L^4).
-   elemental function squared_frequency_of(body) result(square)
+   elemental real(wp) function squared_frequency_of(body) result(square)
       type(body_settings_t), intent(in) :: body
-      real(wp) :: square
 
       square = 3.0_wp*body%spring_ratio/(lambda1_power4*body%mass_ratio)
    end function squared_frequency_of
 
    !> Damping rate of a body over omega1: 2 xi W of its damping ratio xi, plus c/m of its damper.
-   elemental function damping_rate_of(body) result(rate)
+   elemental real(wp) function damping_rate_of(body) result(rate)
       type(body_settings_t), intent(in) :: body
-      real(wp) :: rate
 
       rate = 2.0_wp*body%damping_ratio*sqrt(squared_frequency_of(body)) + 3.0_wp*body%base_damper_ratio &
          /(lambda1_power4*body%mass_ratio)

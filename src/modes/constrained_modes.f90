@@ -223,7 +223,7 @@ contains
    !> the sum of all poles below, with its value and slope; another constant and the nearest pole above represent that
    !> of all poles above. The root of both together is the next point (Li, LAPACK Working Note 89, 1994). The steps
    !> converge quadratically, so that a step of relative length 1e-10 leads to the root to rounding.
-   pure function step_between(below, above, value, slope, slope_below) result(step)
+   pure real(wp) function step_between(below, above, value, slope, slope_below) result(step)
       !> Distance of the pole below, < 0
       real(wp), intent(in) :: below
       !> Distance of the pole above, > 0; < 0: there is none
@@ -232,7 +232,6 @@ contains
       real(wp), intent(in) :: slope
       !> Part of the slope from the poles below
       real(wp), intent(in) :: slope_below
-      real(wp) :: step
 
       ! the step x solves first x^2 - 2 half x + last = 0
       real(wp) :: first, half, last

@@ -124,13 +124,12 @@ contains
    end subroutine make_oscillators
 
    !> Damping ratio (fraction of critical damping) of a mode.
-   elemental function damping_ratio(zeta, mass_rate, frequency) result(ratio)
+   elemental real(wp) function damping_ratio(zeta, mass_rate, frequency) result(ratio)
       real(wp), intent(in) :: zeta
       !> Rate alpha of damping proportional to mass
       real(wp), intent(in) :: mass_rate
       !> Frequency W
       real(wp), intent(in) :: frequency
-      real(wp) :: ratio
 
       ratio = zeta*frequency
       if (abs(mass_rate) > 0.0_wp) ratio = ratio + 0.5_wp*mass_rate/frequency
@@ -351,10 +350,9 @@ contains
    end subroutine propagate_overdamped
 
    !> The smallest multiple of `lanes` that is not below a number.
-   elemental function padded(count) result(whole)
+   elemental integer function padded(count) result(whole)
       !> The number, >= 0
       integer, intent(in) :: count
-      integer :: whole
 
       whole = lanes*((count + lanes - 1)/lanes)
    end function padded

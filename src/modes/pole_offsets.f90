@@ -194,9 +194,8 @@ contains
    end function sum_of_inverses
 
    !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
-   elemental function abs1(z) result(value)
+   elemental real(wp) function abs1(z) result(value)
       complex(wp), intent(in) :: z
-      real(wp) :: value
 
       value = abs(real(z, wp)) + abs(aimag(z))
    end function abs1

@@ -211,11 +211,10 @@ contains
    end subroutine find_interval_terms
 
    !> Energy: the integral of a power over an interval.
-   pure function energy_over(form, span) result(energy)
+   pure real(wp) function energy_over(form, span) result(energy)
       type(power_form_t), intent(in) :: form
       !> Terms of the power over the interval
       type(interval_terms_t), intent(in) :: span
-      real(wp) :: energy
 
       complex(wp) :: conjugate, direct, s
       integer :: i
@@ -232,12 +231,11 @@ contains
    end function energy_over
 
    !> Integral of exp(-2 decay t) from 0 to t.
-   elemental function decay_integral(decay, t, modulus_change) result(value)
+   elemental real(wp) function decay_integral(decay, t, modulus_change) result(value)
       real(wp), intent(in) :: decay
       real(wp), intent(in) :: t
       !> exp(-decay t) - 1
       real(wp), intent(in) :: modulus_change
-      real(wp) :: value
 
       ! the integral is t if the decay over the interval is below rounding
       value = merge(-modulus_change*(2.0_wp + modulus_change), 2.0_wp*t, decay*t > 1.0e-17_wp) &
@@ -245,12 +243,11 @@ contains
    end function decay_integral
 
    !> x^T A y.
-   pure function bilinear_form(order, matrix, x, y) result(value)
+   pure real(wp) function bilinear_form(order, matrix, x, y) result(value)
       integer, intent(in) :: order
       real(wp), intent(in) :: matrix(order, order)
       real(wp), intent(in) :: x(order)
       real(wp), intent(in) :: y(order)
-      real(wp) :: value
 
       real(wp) :: product
       integer :: i, k

@@ -103,12 +103,11 @@ contains
    end subroutine shift_columns
 
    !> Norm of a column, chosen such that the norm of a single free underdamped mode decays monotonically.
-   pure function column_norm(tangent, column, oscillators) result(norm)
+   pure real(wp) function column_norm(tangent, column, oscillators) result(norm)
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: column
       !> The free modes
       type(oscillators_t), intent(in) :: oscillators
-      real(wp) :: norm
 
       associate (q => tangent%q(:, column), v => tangent%v(:, column), n => oscillators%underdamped, &
          last => oscillators%count)

@@ -84,7 +84,7 @@ contains
 
    !> The sum of c_i u_i^2 over the modes, with u_i the mean of the velocities at both ends of a step: the energy
    !> dissipated per unit of time.
-   pure function loss_of_modes(modes, damping, old, new) result(loss)
+   pure real(wp) function loss_of_modes(modes, damping, old, new) result(loss)
       !> Number of modes
       integer, intent(in) :: modes
       !> c_i, the diagonal of C*
@@ -93,7 +93,6 @@ contains
       real(wp), intent(in) :: old(modes)
       !> Velocities of the modes at the end of the step
       real(wp), intent(in) :: new(modes)
-      real(wp) :: loss
 
       integer :: i
 

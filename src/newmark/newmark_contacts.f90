@@ -230,13 +230,12 @@ contains
 
 
    !> An event at the present state; the velocity after the event equals the velocity before.
-   pure function event_now(run, k, kind) result(event)
+   pure type(event_t) function event_now(run, k, kind) result(event)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       !> One of the `event_` constants
       integer, intent(in) :: kind
-      type(event_t) :: event
 
       associate (state => run%states(run%now)%beam, contact => run%contacts(k))
          event%tau = instant_of(run)

@@ -61,11 +61,10 @@ contains
    !> tensile. A rising force marks the beginning of a contact, not its end. At a stiff stop the release force may be
    !> smaller than the rounding error of the contact force, so that no short step shows whether the force rises; the
    !> velocity then decides.
-   pure function is_vanishing(run, k)
+   pure logical function is_vanishing(run, k)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
-      logical :: is_vanishing
 
       associate (old => run%states(3 - run%now), new => run%states(run%now), contact => run%contacts(k))
          is_vanishing = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
@@ -129,12 +128,11 @@ contains
 
 
    !> Whether the beam touches a contact and moves by rounding errors only.
-   pure function lies_at_rest(run, k, state) result(lies)
+   pure logical function lies_at_rest(run, k, state) result(lies)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      logical :: lies
 
       lies = abs(gap_at(run, k, state)) <= at_rest .and. run%stepper%step*abs(gap_rate_at(run, k, state)) <= at_rest
    end function lies_at_rest

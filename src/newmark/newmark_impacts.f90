@@ -217,11 +217,10 @@ contains
    end subroutine shorten_next_step
 
    !> Whether a rigid contact is open, and the beam is within the contact tolerance of this contact.
-   pure function is_touched(run, k) result(answer)
+   pure logical function is_touched(run, k) result(answer)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
-      logical :: answer
 
       answer = .not. allocated(run%contacts(k)%stop) .and. run%contacts(k)%status == is_open
       if (answer) answer = run%arrives(k) .or. gap_at(run, k, run%states(run%now)) < run%contact_tolerance

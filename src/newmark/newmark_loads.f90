@@ -105,20 +105,18 @@ contains
    end subroutine load_at_end
 
    !> Distance within which an instant counts as the instant of the jump: the shortest step, or rounding.
-   pure function jump_tolerance(stepper, jump) result(distance)
+   pure real(wp) function jump_tolerance(stepper, jump) result(distance)
       type(newmark_stepper_t), intent(in) :: stepper
       real(wp), intent(in) :: jump
-      real(wp) :: distance
 
       distance = max(scale(stepper%step, -deepest_level), 8.0_wp*epsilon(jump)*jump)
    end function jump_tolerance
 
    !> Minimum number of halvings of the step so that it does not pass the next jump of a load.
-   pure function level_to_jump(run, min_level) result(level)
+   pure integer function level_to_jump(run, min_level) result(level)
       type(newmark_run_t), intent(in) :: run
       !> Number of halvings required for other reasons
       integer, intent(in) :: min_level
-      integer :: level
 
       level = min_level
       if (run%next_jump > size(run%jumps)) return
@@ -215,9 +213,8 @@ contains
    end subroutine additional_damping
 
    !> The matrix stored with all entries of each column down to the diagonal, zeros included.
-   pure function full_profile(matrix) result(full)
+   pure type(skyline_t) function full_profile(matrix) result(full)
       type(skyline_t), intent(in) :: matrix
-      type(skyline_t) :: full
 
       integer :: column, i, row
 

@@ -88,11 +88,10 @@ contains
    end subroutine find_rest_in_modes
 
    !> Convert a state from modes to the degrees of freedom of nodes and bodies.
-   pure function nodal_state(modes, state) result(nodes)
+   pure type(newmark_state_t) function nodal_state(modes, state) result(nodes)
       type(free_modes_t), intent(in) :: modes
       !> Displacement and velocity of the modes
       type(newmark_state_t), intent(in) :: state
-      type(newmark_state_t) :: nodes
 
       associate (dofs => size(modes%mode, 1), count => size(modes%mode, 2))
          allocate (nodes%displacement(1 - band:dofs + band), nodes%velocity(1 - band:dofs + band), source=0.0_wp)

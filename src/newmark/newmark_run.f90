@@ -289,11 +289,10 @@ module newmark_run
 contains
 
    !> Instant of the present state.
-   pure function instant_of(run, further) result(tau)
+   pure real(wp) function instant_of(run, further) result(tau)
       type(newmark_run_t), intent(in) :: run
       !> Number of shortest steps after the present state
       integer(i8), intent(in), optional :: further
-      real(wp) :: tau
 
       real(wp), parameter :: shortest = 0.5_wp**deepest_level
       integer(i8) :: offset
@@ -306,12 +305,11 @@ contains
 
    !> Gap between the beam and the contact surface. The surface of an open three-element stop is still displaced by its
    !> indentation.
-   pure function gap_at(run, k, state) result(gap)
+   pure real(wp) function gap_at(run, k, state) result(gap)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: gap
 
       associate (contact => run%contacts(k))
          gap = row_value(contact%row, state%beam%displacement) - contact%contact%height
@@ -320,12 +318,11 @@ contains
    end function gap_at
 
    !> Rate of the gap while the contact is open.
-   pure function gap_rate_at(run, k, state) result(rate)
+   pure real(wp) function gap_rate_at(run, k, state) result(rate)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: rate
 
       associate (contact => run%contacts(k))
          rate = row_value(contact%row, state%beam%velocity)
@@ -335,12 +332,11 @@ contains
    end function gap_rate_at
 
    !> Indentation of a closed contact.
-   pure function indentation_at(run, k, state) result(indentation)
+   pure real(wp) function indentation_at(run, k, state) result(indentation)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: indentation
 
       associate (contact => run%contacts(k))
          indentation = contact%contact%height + contact%shift - row_value(contact%row, state%beam%displacement)
@@ -348,12 +344,11 @@ contains
    end function indentation_at
 
    !> Force of a spring and damper with the indentation u, k u + c du/dtau, which may be tensile.
-   pure function spring_damper_force(run, k, state) result(force)
+   pure real(wp) function spring_damper_force(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: force
 
       associate (contact => run%contacts(k))
          force = contact%stop%stiffness*state%indentation(k) &
@@ -362,12 +357,11 @@ contains
    end function spring_damper_force
 
    !> Rounding error of the force of a compliant contact.
-   pure function force_rounding_at(run, k, state) result(force)
+   pure real(wp) function force_rounding_at(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: force
 
       associate (contact => run%contacts(k))
          force = rounding_of_force(contact%stop, abs(contact%contact%height) &
@@ -377,12 +371,11 @@ contains
 
    !> Whether an unloaded spring and damper remains without force. A force up to the release force counts as zero only
    !> if the beam moves away, because the release force may be large beside the stiffness of the spring.
-   pure function is_force_free(run, k, state)
+   pure logical function is_force_free(run, k, state)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      logical :: is_force_free
 
       real(wp) :: force
 
@@ -394,12 +387,11 @@ contains
    end function is_force_free
 
    !> Strain energy of the springs of a contact.
-   pure function contact_energy(run, k, state) result(energy)
+   pure real(wp) function contact_energy(run, k, state) result(energy)
       type(newmark_run_t), intent(in) :: run
       !> Index of the contact
       integer, intent(in) :: k
       type(run_state_t), intent(in) :: state
-      real(wp) :: energy
 
       energy = 0.0_wp
       associate (contact => run%contacts(k))
@@ -409,9 +401,8 @@ contains
 
    !> Energy of beam and stops at the present state, computed from the energy balance; it agrees with the state to
    !> rounding.
-   pure function energy_left(run) result(energy)
+   pure real(wp) function energy_left(run) result(energy)
       type(newmark_run_t), intent(in) :: run
-      real(wp) :: energy
 
       associate (balance => run%energy_balance)
          energy = run%start_energy + balance%work + balance%created - balance%dissipated_beam &
@@ -420,12 +411,11 @@ contains
    end function energy_left
 
    !> Number of halvings that make a step no longer than a given time.
-   pure function level_of(step, time) result(level)
+   pure integer function level_of(step, time) result(level)
       !> Length of the undivided step
       real(wp), intent(in) :: step
       !> The time to resolve, tau
       real(wp), intent(in) :: time
-      integer :: level
 
       ! a change that takes less than 2^-30 of the step differs from an instantaneous change by less than rounding
       integer, parameter :: deepest_start = 30

@@ -166,9 +166,8 @@ contains
    contains
 
       !> Interpolated value of a degree of freedom.
-      pure function value_within(dof) result(value)
+      pure real(wp) function value_within(dof) result(value)
          integer, intent(in) :: dof
-         real(wp) :: value
 
          value = weight(1)*old%displacement(dof) + weight(2)*old%velocity(dof) + weight(3)*new%displacement(dof) &
             + weight(4)*new%velocity(dof)

@@ -16,12 +16,11 @@ module newmark_stability
 contains
 
    !> Whether the scheme is stable for steps of any length.
-   elemental function is_unconditionally_stable(beta, gamma) result(stable)
+   elemental logical function is_unconditionally_stable(beta, gamma) result(stable)
       !> Newmark's beta
       real(wp), intent(in) :: beta
       !> Newmark's gamma, at least 1/2
       real(wp), intent(in) :: gamma
-      logical :: stable
 
       stable = 2.0_wp*beta >= gamma
    end function is_unconditionally_stable
@@ -98,13 +97,12 @@ contains
 
    !> Whether all eigenvalues of K y = omega^2 M y are below sigma. If a pivot vanishes, sigma may be an eigenvalue; the
    !> result is then false, so that the caller seeks the bound above sigma.
-   pure function all_below(stiffness, mass, sigma) result(below)
+   pure logical function all_below(stiffness, mass, sigma) result(below)
       !> K
       type(skyline_t), intent(in) :: stiffness
       !> M
       type(skyline_t), intent(in) :: mass
       real(wp), intent(in) :: sigma
-      logical :: below
 
       type(skyline_t) :: shifted
       type(failure_t), allocatable :: error

@@ -126,9 +126,8 @@ contains
    end function blocks_begun
 
    !> Length of a block, tau; all blocks have the same length except for rounding.
-   pure function width_of_blocks(blocks) result(width)
+   pure real(wp) function width_of_blocks(blocks) result(width)
       type(block_sums_t), intent(in) :: blocks
-      real(wp) :: width
 
       associate (last => ubound(blocks%edge, 1))
          width = (blocks%edge(last) - blocks%edge(0))/real(last, wp)

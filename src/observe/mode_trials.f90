@@ -138,9 +138,8 @@ contains
    end subroutine open_trials
 
    !> Whether harmonic loads act throughout the run, and no other load that varies in time.
-   pure function is_driven(settings) result(answer)
+   pure logical function is_driven(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: answer
 
       type(time_course_t), allocatable :: courses(:)
 
@@ -162,10 +161,9 @@ contains
 
    !> Whether the permitted cost allows a trial with a given number of modes. Before the first trial only the lengths of
    !> trial and run are known, and the work of at least two such trials must be permitted.
-   pure function can_afford(trials, modes) result(answer)
+   pure logical function can_afford(trials, modes) result(answer)
       type(trials_t), intent(in) :: trials
       integer, intent(in) :: modes
-      logical :: answer
 
       real(wp) :: length
 
@@ -272,10 +270,9 @@ contains
    end subroutine shorten
 
    !> Length of a trial that contains `enough_contacts` contacts, at most the present length.
-   pure function enough_time(trials, response) result(length)
+   pure real(wp) function enough_time(trials, response) result(length)
       type(trials_t), intent(in) :: trials
       type(response_t), intent(in) :: response
-      real(wp) :: length
 
       associate (settings => trials%settings%response, contacts => contact_times(response))
          length = settings%duration
@@ -325,11 +322,10 @@ contains
    end subroutine judge_trials
 
    !> Instant at which the fourth contact begins; the end of the trial if there are fewer than four.
-   pure function after_contacts(response, length) result(tau)
+   pure real(wp) function after_contacts(response, length) result(tau)
       type(response_t), intent(in) :: response
       !> Length of the trial, tau
       real(wp), intent(in) :: length
-      real(wp) :: tau
 
       tau = length
       associate (contacts => contact_times(response))
@@ -375,12 +371,11 @@ contains
 
    !> Number of flights between contacts that rise above a height. The height of a flight is estimated from its duration
    !> and final speed, because samples may miss the flight.
-   pure function count_hops(response, horizon, height) result(number)
+   pure integer function count_hops(response, horizon, height) result(number)
       type(response_t), intent(in) :: response
       !> End of the comparison, tau
       real(wp), intent(in) :: horizon
       real(wp), intent(in) :: height
-      integer :: number
 
       ! instant of the last event at each contact; negative: there is none yet
       real(wp) :: last(size(response%contacts))
@@ -401,12 +396,11 @@ contains
 
    !> Settings of a run for comparison, limited to a few periods of its lowest mode, with samples for the comparison
    !> only.
-   pure function trial_settings(requested, lowest) result(settings)
+   pure type(run_settings_t) function trial_settings(requested, lowest) result(settings)
       !> Settings of the run
       type(run_settings_t), intent(in) :: requested
       !> lambda of the lowest mode
       real(wp), intent(in) :: lowest
-      type(run_settings_t) :: settings
 
       real(wp) :: period
 
@@ -453,11 +447,10 @@ contains
 
    !> Instant of the sample at the peak of the third rebound, that is, the third flight above the settling level; the
    !> end of the run if there are fewer.
-   pure function horizon_of(response, duration) result(horizon)
+   pure real(wp) function horizon_of(response, duration) result(horizon)
       type(response_t), intent(in) :: response
       !> Length of the run, tau
       real(wp), intent(in) :: duration
-      real(wp) :: horizon
 
       ! maximum eta of the flight so far, or the settling level
       real(wp) :: max_eta

@@ -137,12 +137,11 @@ module motion_intervals
       end subroutine last_exceedance_interface
 
       !> Status of contact k.
-      pure function contact_interface(self, k) result(contact)
+      pure type(observed_contact_t) function contact_interface(self, k) result(contact)
          import :: interval_t, observed_contact_t
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
-         type(observed_contact_t) :: contact
       end function contact_interface
 
       !> Value and rate of a row at a time since the start of the interval.
@@ -157,22 +156,20 @@ module motion_intervals
 
       !> `gap_bound`: upper bound of the magnitude of the gap of contact k, known without a search; `rounding`: rounding
       !> error of this gap.
-      pure function gap_magnitude_interface(self, k) result(magnitude)
+      pure real(wp) function gap_magnitude_interface(self, k) result(magnitude)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
-         real(wp) :: magnitude
       end function gap_magnitude_interface
 
       !> Whether a row exceeds a level.
-      function exceeds_interface(self, row, level) result(does)
+      logical function exceeds_interface(self, row, level) result(does)
          import :: interval_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          type(output_row_t), intent(in) :: row
          real(wp), intent(in) :: level
-         logical :: does
       end function exceeds_interface
 
       !> Lower and upper bound of a row over the interval, known without a search; infinite bounds are `huge`.
@@ -224,13 +221,12 @@ module motion_intervals
       end subroutine record_gap_interface
 
       !> Integral of the force of a closed contact from the start of the interval to a given time.
-      function impulse_interface(self, k, time) result(impulse)
+      real(wp) function impulse_interface(self, k, time) result(impulse)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
          real(wp), intent(in) :: time
-         real(wp) :: impulse
       end function impulse_interface
 
       !> Integrals of rows and of their squares over a span of the interval. The row of a gap is integrated as s times
@@ -261,24 +257,22 @@ module motion_intervals
       end subroutine expand_interface
 
       !> Energy of beam and stops at a time since the start of the interval.
-      function energy_interface(self, time) result(energy)
+      real(wp) function energy_interface(self, time) result(energy)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          real(wp), intent(in) :: time
-         real(wp) :: energy
       end function energy_interface
 
       !> Energy dissipated in the dampers of the stop of contact k from the start of the interval to a given time,
       !> without losses at impacts.
-      function dissipated_interface(self, k, time) result(energy)
+      real(wp) function dissipated_interface(self, k, time) result(energy)
          import :: interval_t, wp
          implicit none (type, external)
          class(interval_t), intent(in) :: self
          integer, intent(in) :: k
          !> Time since the start of the interval
          real(wp), intent(in) :: time
-         real(wp) :: energy
       end function dissipated_interface
    end interface
 

@@ -144,14 +144,13 @@ contains
    !> Damage-equivalent range: the same number of cycles of this range does the same damage by Miner's rule, if the
    !> damage of a cycle is proportional to the power m of its range, (sum n_i range_i^m / sum n_i)^(1/m). 0: there are
    !> no cycles.
-   pure function equivalent_range(range, cycles, slope) result(equivalent)
+   pure real(wp) function equivalent_range(range, cycles, slope) result(equivalent)
       !> Range of each count
       real(wp), intent(in) :: range(:)
       !> Number of cycles of each count
       real(wp), intent(in) :: cycles(:)
       !> Exponent m, the slope of the S-N curve in logarithms
       real(wp), intent(in) :: slope
-      real(wp) :: equivalent
 
       real(wp) :: largest
 

@@ -418,10 +418,9 @@ contains
    end function contact_name
 
    !> Maximum error of the energy balance at the samples of a run.
-   pure function balance_error(response) result(max_error)
+   pure real(wp) function balance_error(response) result(max_error)
       !> The run, with its energies
       type(response_t), intent(in) :: response
-      real(wp) :: max_error
 
       real(wp) :: excess(size(response%energy%kinetic))
 
@@ -434,19 +433,17 @@ contains
    end function balance_error
 
    !> Whether an event of this kind begins a closed contact.
-   elemental function is_contact_start(kind) result(starts)
+   elemental logical function is_contact_start(kind) result(starts)
       !> One of the `event_` constants
       integer, intent(in) :: kind
-      logical :: starts
 
       starts = kind == event_capture .or. kind == event_contact
    end function is_contact_start
 
    !> Whether an event of this kind ends a closed contact.
-   elemental function is_contact_end(kind) result(ends)
+   elemental logical function is_contact_end(kind) result(ends)
       !> One of the `event_` constants
       integer, intent(in) :: kind
-      logical :: ends
 
       ends = kind == event_release .or. kind == event_separation
    end function is_contact_end

@@ -111,13 +111,12 @@ contains
    end subroutine add_contact
 
    !> Length of the part of a contact that lies within `force_window` of the beginning of its episode.
-   elemental function early_part(accumulator, from, length) result(part)
+   elemental real(wp) function early_part(accumulator, from, length) result(part)
       type(accumulator_t), intent(in) :: accumulator
       !> Beginning of the contact, tau
       real(wp), intent(in) :: from
       !> Length of the contact, tau
       real(wp), intent(in) :: length
-      real(wp) :: part
 
       part = force_window
       if (accumulator%in_episode) part = accumulator%begin - from + force_window
@@ -157,18 +156,16 @@ contains
    end subroutine end_episode
 
    !> Whether the beam comes to rest in static equilibrium.
-   elemental function comes_to_rest(accumulator) result(does)
+   elemental logical function comes_to_rest(accumulator) result(does)
       type(accumulator_t), intent(in) :: accumulator
-      logical :: does
 
       does = accumulator%rest_energy > no_rest
    end function comes_to_rest
 
    !> Excess of an energy above the energy that counts as decayed, at rest + `settled_energy` (start - at rest).
-   elemental function excess_of(accumulator, energy) result(excess)
+   elemental real(wp) function excess_of(accumulator, energy) result(excess)
       type(accumulator_t), intent(in) :: accumulator
       real(wp), intent(in) :: energy
-      real(wp) :: excess
 
       excess = energy - accumulator%rest_energy - settled_energy*(accumulator%start_energy - accumulator%rest_energy)
    end function excess_of
@@ -431,10 +428,9 @@ contains
    end function row_of
 
    !> Whether a contact closes, if only for an instant, at an event of this kind.
-   elemental function is_arrival(kind) result(answer)
+   elemental logical function is_arrival(kind) result(answer)
       !> Kind of the event
       integer, intent(in) :: kind
-      logical :: answer
 
       answer = kind == event_impact .or. kind == event_capture .or. kind == event_contact
    end function is_arrival

@@ -76,9 +76,8 @@ contains
    end subroutine open_observers
 
    !> Whether observers read the energy that stops dissipate.
-   pure function reads_losses(observers) result(reads)
+   pure logical function reads_losses(observers) result(reads)
       type(observers_t), intent(in) :: observers
-      logical :: reads
 
       reads = observers%measures%is_wanted .or. allocated(observers%blocks)
    end function reads_losses

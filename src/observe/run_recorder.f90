@@ -139,35 +139,32 @@ contains
    end subroutine make_recorder
 
    !> Instant of the next sample; `huge` if all samples are recorded.
-   pure function next_sample_time(recorder) result(time)
+   pure real(wp) function next_sample_time(recorder) result(time)
       type(recorder_t), intent(in) :: recorder
-      real(wp) :: time
 
       time = huge(1.0_wp)
       if (recorder%next <= recorder%last) time = real(recorder%next, wp)*recorder%step
    end function next_sample_time
 
    !> Whether the next sample is before the end of a phase, or at its end if the run ends with the phase.
-   pure function samples_before(recorder, to, to_the_end) result(due)
+   pure logical function samples_before(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
       !> Whether the run ends with the phase
       logical, intent(in) :: to_the_end
-      logical :: due
 
       due = next_sample_time(recorder) < to
       if (to_the_end) due = recorder%next <= recorder%last
    end function samples_before
 
    !> Whether the next shape is before the end of a phase, or at its end if the run ends with the phase.
-   pure function shape_due(recorder, to, to_the_end) result(due)
+   pure logical function shape_due(recorder, to, to_the_end) result(due)
       type(recorder_t), intent(in) :: recorder
       !> End of the phase
       real(wp), intent(in) :: to
       !> Whether the run ends with the phase
       logical, intent(in) :: to_the_end
-      logical :: due
 
       due = .false.
       if (.not. allocated(recorder%shape_tau)) return

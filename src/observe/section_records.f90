@@ -121,9 +121,8 @@ contains
 
    !> Lyapunov exponent: growth rate of a variation from the first section to the last; NaN if the variation was not
    !> computed or has vanished.
-   pure function exponent_of(sections) result(exponent)
+   pure real(wp) function exponent_of(sections) result(exponent)
       type(run_sections_t), intent(in) :: sections
-      real(wp) :: exponent
 
       exponent = ieee_value(1.0_wp, ieee_quiet_nan)
       associate (n => sections%count)
@@ -183,10 +182,9 @@ contains
    contains
 
       !> Maximum magnitude of displacement, or of velocity over the frequency of the load.
-      pure function size_of(states) result(max_size)
+      pure real(wp) function size_of(states) result(max_size)
          !> Displacements and velocities, [2, points, sections]
          real(wp), intent(in) :: states(:, :, :)
-         real(wp) :: max_size
 
          real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
 

@@ -153,9 +153,8 @@ contains
 
    contains
 
-      pure function root_of(number) result(root)
+      pure real(wp) function root_of(number) result(root)
          real(wp), intent(in) :: number
-         real(wp) :: root
 
          root = number
          if (is_root) root = sqrt(max(number, 0.0_wp))

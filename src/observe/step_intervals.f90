@@ -67,10 +67,9 @@ contains
    end subroutine open_step_interval
 
    !> Status of contact k.
-   pure function contact(self, k)
+   pure type(observed_contact_t) function contact(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      type(observed_contact_t) :: contact
 
       contact = self%seen(k)
    end function contact
@@ -120,10 +119,9 @@ contains
    end function evaluate
 
    !> Upper bound of the magnitude of a gap, from the control points of its cubic.
-   pure function gap_bound(self, k)
+   pure real(wp) function gap_bound(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: gap_bound
 
       associate (ends => self%ends(:, k))
          gap_bound = max(abs(ends(1)), abs(ends(2)), abs(ends(1) + self%length*ends(3)/3.0_wp), &
@@ -132,20 +130,18 @@ contains
    end function gap_bound
 
    !> Rounding error of a gap: zero, because the discretisation error is larger; the product only uses the arguments.
-   pure function rounding(self, k)
+   pure real(wp) function rounding(self, k)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp) :: rounding
 
       rounding = 0.0_wp*self%ends(1, k)
    end function rounding
 
    !> Whether a row exceeds a level during the step.
-   function exceeds(self, row, level) result(does)
+   logical function exceeds(self, row, level) result(does)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: level
-      logical :: does
 
       real(wp) :: bounds(2)
 
@@ -252,11 +248,10 @@ contains
    end subroutine record_gap
 
    !> Integral of a force from the start of the step.
-   function impulse(self, k, time)
+   real(wp) function impulse(self, k, time)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: impulse
 
       ! weight of the value at the end of the step in the mean force
       real(wp) :: fraction
@@ -312,20 +307,18 @@ contains
    end subroutine expand_in_exponentials
 
    !> Energy of beam and stops at a time since the start of the step.
-   function energy(self, time)
+   real(wp) function energy(self, time)
       class(step_interval_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp) :: energy
 
       energy = self%energies(1) + time/self%length*(self%energies(2) - self%energies(1))
    end function energy
 
    !> Energy dissipated in the dampers of a stop, in proportion to the time.
-   function dissipated(self, k, time) result(energy)
+   real(wp) function dissipated(self, k, time) result(energy)
       class(step_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
-      real(wp) :: energy
 
       energy = time/self%length*self%lost(k)
    end function dissipated
@@ -356,12 +349,11 @@ contains
    end subroutine last_exceedance
 
    !> A row on a span of the step, as a cubic.
-   pure function cubic_of_row(self, row, span) result(cubic)
+   pure type(cubic_t) function cubic_of_row(self, row, span) result(cubic)
       class(step_interval_t), intent(in) :: self
       type(output_row_t), intent(in) :: row
       !> Beginning and end of the span, since the start of the step
       real(wp), intent(in) :: span(2)
-      type(cubic_t) :: cubic
 
       type(cubic_t) :: whole
       real(wp) :: s(2)
@@ -385,10 +377,9 @@ contains
    end function cubic_of_row
 
    !> The cubic with given values and slopes at s = 0 and 1.
-   pure function cubic_of(values, slope) result(cubic)
+   pure type(cubic_t) function cubic_of(values, slope) result(cubic)
       real(wp), intent(in) :: values(2)
       real(wp), intent(in) :: slope(2)
-      type(cubic_t) :: cubic
 
       real(wp) :: rise
 
@@ -397,9 +388,8 @@ contains
    end function cubic_of
 
    !> Maximum of a cubic on 0 <= s <= 1.
-   pure function maximum_of(cubic) result(maximum)
+   pure real(wp) function maximum_of(cubic) result(maximum)
       type(cubic_t), intent(in) :: cubic
-      real(wp) :: maximum
 
       real(wp) :: turn(2)
       integer :: k, turn_count
@@ -413,14 +403,13 @@ contains
 
    !> The point at which |cubic| falls through a level, between a point above the level and a point not above it,
    !> without a turning point in between: bisection to adjacent floating-point numbers.
-   pure function crossing(cubic, level, above, below) result(point)
+   pure real(wp) function crossing(cubic, level, above, below) result(point)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: level
       !> Point above the level
       real(wp), intent(in) :: above
       !> Point not above the level
       real(wp), intent(in) :: below
-      real(wp) :: point
 
       type(bracket_t) :: bracket
 
@@ -435,19 +424,17 @@ contains
    end function crossing
 
    !> Value of a cubic.
-   pure function value_at(cubic, s) result(value)
+   pure real(wp) function value_at(cubic, s) result(value)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: s
-      real(wp) :: value
 
       value = cubic%c(0) + s*(cubic%c(1) + s*(cubic%c(2) + s*cubic%c(3)))
    end function value_at
 
    !> Derivative of a cubic with respect to s.
-   pure function rate_at(cubic, s) result(rate)
+   pure real(wp) function rate_at(cubic, s) result(rate)
       type(cubic_t), intent(in) :: cubic
       real(wp), intent(in) :: s
-      real(wp) :: rate
 
       rate = cubic%c(1) + s*(2.0_wp*cubic%c(2) + 3.0_wp*s*cubic%c(3))
    end function rate_at
@@ -487,12 +474,11 @@ contains
    end subroutine find_turns
 
    !> Whether 0 < numerator/denominator < 1, or the numerator is 0 and the denominator negative.
-   elemental function is_fraction(numerator, denominator) result(answer)
+   elemental logical function is_fraction(numerator, denominator) result(answer)
       !> Numerator of the quotient
       real(wp), intent(in) :: numerator
       !> Denominator of the quotient
       real(wp), intent(in) :: denominator
-      logical :: answer
 
       answer = abs(numerator) < abs(denominator) .and. (numerator > 0.0_wp .eqv. denominator > 0.0_wp)
    end function is_fraction

@@ -11,12 +11,11 @@ module branch_closures
 contains
 
    !> Whether the two halves of the period exchange their section values between two points of a branch.
-   pure function halves_swap(last, next) result(answer)
+   pure logical function halves_swap(last, next) result(answer)
       !> Last point of the branch, an orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: last
       !> Next point of the branch
       type(orbit_point_t), intent(in) :: next
-      logical :: answer
 
       answer = dot_product(half_period_change(last), half_period_change(next)) < 0.0_wp
    end function halves_swap
@@ -24,7 +23,7 @@ contains
    !> Whether a branch of doubled period rejoins the branch that it left, at a period doubling of the latter. At this
    !> doubling the two halves of the period exchange their section values; afterwards the branch of doubled period
    !> repeats itself, shifted by half its period.
-   pure function rejoins_at(other, last, next, max_difference) result(answer)
+   pure logical function rejoins_at(other, last, next, max_difference) result(answer)
       !> Period doubling of the other branch
       type(orbit_point_t), intent(in) :: other
       !> Last point of the branch
@@ -33,7 +32,6 @@ contains
       type(orbit_point_t), intent(in) :: next
       !> Maximum difference of the parameter between the doubling and `next`
       real(wp), intent(in) :: max_difference
-      logical :: answer
 
       integer :: j
 
@@ -47,10 +45,9 @@ contains
 
       !> Whether section values are close to those of a point. At the doubling both halves of the period coincide, so
       !> the exact distance would be half of the change in half a period; the test allows for the whole change.
-      pure function is_close(point, tip)
+      pure logical function is_close(point, tip)
          type(orbit_point_t), intent(in) :: point
          real(wp), intent(in) :: tip(2)
-         logical :: is_close
 
          is_close = norm2(as_velocities(point, point%tip(:, 1) - tip)) <= norm2(half_period_change(point))
       end function is_close
@@ -105,12 +102,11 @@ contains
    end subroutine check_closure
 
    !> Whether the orbit is one of half the period, traversed twice.
-   pure function has_half_period(point, units) result(answer)
+   pure logical function has_half_period(point, units) result(answer)
       !> Orbit of an even number of load periods
       type(orbit_point_t), intent(in) :: point
       !> Units of the parameter and of velocities
       real(wp), intent(in) :: units(2)
-      logical :: answer
 
       ! relative to the unit of velocities
       real(wp), parameter :: near = 1.0e-6_wp
@@ -156,9 +152,8 @@ contains
 
    !> Whether a complex pair of multipliers is on the unit circle. The test function of a torus also vanishes for two
    !> real multipliers that are inverse to each other, without a bifurcation.
-   pure function has_pair_on_circle(point) result(answer)
+   pure logical function has_pair_on_circle(point) result(answer)
       type(orbit_point_t), intent(in) :: point
-      logical :: answer
 
       real(wp), parameter :: near = 1.0e-6_wp
 

@@ -150,14 +150,13 @@ contains
    end subroutine switch_branch
 
    !> Whether a known branch that left the same parent branch at another period doubling already ends at this doubling.
-   pure function is_traced(map, branch, parent, value) result(answer)
+   pure logical function is_traced(map, branch, parent, value) result(answer)
       type(section_map_t), intent(in) :: map
       type(orbit_branch_t), intent(in) :: branch(:)
       !> Index of the parent branch in `branch`
       integer, intent(in) :: parent
       !> Value of the parameter at the doubling
       real(wp), intent(in) :: value
-      logical :: answer
 
       ! values of the parameter closer than this fraction of its range are the same
       real(wp), parameter :: near = 1.0e-6_wp
@@ -372,13 +371,12 @@ contains
    !> tangent. Period doubling: the product of (multiplier + 1) over all multipliers. Neimark-Sacker bifurcation: the
    !> product over all pairs of (product of both multipliers - 1). Both products are real, because complex multipliers
    !> come in conjugate pairs.
-   pure function test_function(kind, point, direction) result(value)
+   pure real(wp) function test_function(kind, point, direction) result(value)
       !> One of `mark_fold`, `mark_doubling` and `mark_torus`
       integer, intent(in) :: kind
       type(orbit_point_t), intent(in) :: point
       !> Tangent of the branch at the point, the parameter last
       real(wp), intent(in) :: direction(:)
-      real(wp) :: value
 
       complex(wp), parameter :: one = (1.0_wp, 0.0_wp)
       complex(wp) :: product_of_all

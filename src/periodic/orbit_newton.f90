@@ -111,14 +111,13 @@ contains
    end subroutine solve_orbit
 
    !> Predictor: initial guess at a distance from an orbit in a direction.
-   function predictor(map, initial, direction, length) result(guess)
+   type(initial_state_t) function predictor(map, initial, direction, length) result(guess)
       type(section_map_t), intent(in) :: map
       type(initial_state_t), intent(in) :: initial
       !> Direction in units of the map, the parameter last, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       !> Distance in units of the map
       real(wp), intent(in) :: length
-      type(initial_state_t) :: guess
 
       ! not needed, because `solve_orbit` checks the guess again
       logical :: is_admissible
@@ -132,11 +131,10 @@ contains
    end function predictor
 
    !> Distance of two initial states with their parameters, in units of the map.
-   pure function distance_of(map, initial, other) result(distance)
+   pure real(wp) function distance_of(map, initial, other) result(distance)
       type(section_map_t), intent(in) :: map
       type(initial_state_t), intent(in) :: initial
       type(initial_state_t), intent(in) :: other
-      real(wp) :: distance
 
       distance = norm2([unknowns_of(map, initial%state) - unknowns_of(map, other%state), initial%value - other%value] &
          /map%unit)

@@ -86,9 +86,8 @@ module orbit_types
 contains
 
    !> Whether the orbit is asymptotically stable.
-   elemental function is_stable(point) result(answer)
+   elemental logical function is_stable(point) result(answer)
       class(orbit_point_t), intent(in) :: point
-      logical :: answer
 
       answer = .false.
       if (allocated(point%multiplier)) answer = maxval(abs(point%multiplier)) < 1.0_wp

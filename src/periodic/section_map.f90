@@ -139,9 +139,8 @@ contains
    end function harmonic_loads
 
    !> Value of the parameter in the settings.
-   pure function value_of_parameter(map) result(value)
+   pure real(wp) function value_of_parameter(map) result(value)
       type(section_map_t), intent(in) :: map
-      real(wp) :: value
 
       type(time_course_t), allocatable :: courses(:)
 
@@ -175,9 +174,8 @@ contains
    end function quantity_of
 
    !> Index of the load of the parameter among all loads, forces first.
-   pure function index_of_load(map) result(load_index)
+   pure integer function index_of_load(map) result(load_index)
       type(section_map_t), intent(in) :: map
-      integer :: load_index
 
       integer, allocatable :: places(:)
 

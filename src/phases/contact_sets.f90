@@ -184,12 +184,11 @@ contains
    end subroutine exchange
 
    !> Whether the sets of a store suit these contacts; heights of contacts and the damping of the beam are not compared.
-   pure function is_reusable(store, beam, is_rigid, spring) result(answer)
+   pure logical function is_reusable(store, beam, is_rigid, spring) result(answer)
       class(beam_sets_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
       type(dynamic_stiffness_t), intent(in) :: spring(:)
-      logical :: answer
 
       answer = .false.
       if (store%count == 0) return
@@ -204,10 +203,9 @@ contains
    end function is_reusable
 
    !> Whether two beams with the same modes have the same damping.
-   pure function has_same_damping(beam, old) result(answer)
+   pure logical function has_same_damping(beam, old) result(answer)
       type(free_beam_t), intent(in) :: beam
       type(free_beam_t), intent(in) :: old
-      logical :: answer
 
       answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
          all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
@@ -233,10 +231,9 @@ contains
    end subroutine drop_compliant
 
    !> Whether two values are exactly equal.
-   elemental function is_equal(a, b) result(answer)
+   elemental logical function is_equal(a, b) result(answer)
       real(wp), intent(in) :: a
       real(wp), intent(in) :: b
-      logical :: answer
 
       answer = a <= b .and. a >= b
    end function is_equal
@@ -319,9 +316,8 @@ contains
    end subroutine make_room
 
    !> Memory of the large arrays of all sets of the present beam, in bytes.
-   pure function bytes_in(store) result(bytes)
+   pure real(wp) function bytes_in(store) result(bytes)
       class(beam_sets_t), intent(in) :: store
-      real(wp) :: bytes
 
       integer :: i
 
@@ -329,9 +325,8 @@ contains
    end function bytes_in
 
    !> Memory of the large arrays of a set, in bytes; the factors count these arrays.
-   pure function bytes_of(set) result(bytes)
+   pure real(wp) function bytes_of(set) result(bytes)
       type(contact_set_t), intent(in) :: set
-      real(wp) :: bytes
 
       real(wp), parameter :: word = 8.0_wp
 
@@ -473,9 +468,8 @@ contains
 
    !> Whether the force of a closed compliant contact is no combination of its gap and gap rate, as that of a spring and
    !> damper is.
-   elemental function has_force_row(spring) result(answer)
+   elemental logical function has_force_row(spring) result(answer)
       type(dynamic_stiffness_t), intent(in) :: spring
-      logical :: answer
 
       answer = spring%branch_stiffness > 0.0_wp .or. is_rigid_stop(spring)
    end function has_force_row

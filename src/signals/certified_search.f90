@@ -252,11 +252,10 @@ contains
    end subroutine record_bounds
 
    !> Upper bound of the signal within a step.
-   elemental function max_within_step(bounds, step) result(bound)
+   elemental real(wp) function max_within_step(bounds, step) result(bound)
       !> Values and bounds of the signal at the start of the step
       type(bounds_t), intent(in) :: bounds
       real(wp), intent(in) :: step
-      real(wp) :: bound
 
       real(wp) :: bend, length, slope
 
@@ -340,20 +339,18 @@ contains
    end subroutine evaluate_step
 
    !> Whether the signal has decayed so far that its digits underflow.
-   elemental function has_decayed(bounds) result(is)
+   elemental logical function has_decayed(bounds) result(is)
       !> Values and bounds of the signal
       type(bounds_t), intent(in) :: bounds
-      logical :: is
 
       is = max(abs(bounds%value), abs(bounds%slope), bounds%bound) < tiny(1.0_wp)/epsilon(1.0_wp)
    end function has_decayed
 
    !> Instant at which a signal falls through -`max_dip`, by bisection.
-   function start_of_dip(signal, above, below) result(time)
+   real(wp) function start_of_dip(signal, above, below) result(time)
       class(certified_signal_t), intent(in) :: signal
       !> Instants at which the signal is above and below -`max_dip`
       real(wp), intent(in) :: above, below
-      real(wp) :: time
 
       type(bracket_t) :: bracket
       real(wp) :: value, slope
@@ -369,10 +366,9 @@ contains
    end function start_of_dip
 
    !> Whether the signal certainly falls monotonically to zero, at more than half of its present slope.
-   elemental function falls_to_zero(bounds) result(certain)
+   elemental logical function falls_to_zero(bounds) result(certain)
       !> Values and bounds of the signal
       type(bounds_t), intent(in) :: bounds
-      logical :: certain
 
       ! squares of smaller slopes underflow, and with them the bounds
       real(wp), parameter :: min_slope = 1.0e-140_wp
@@ -382,10 +378,9 @@ contains
    end function falls_to_zero
 
    !> Upper bound, >= 0, of s'' during the next 2 s/|s'|, twice the time to zero at the present slope.
-   elemental function curvature_bound(bounds) result(bound)
+   elemental real(wp) function curvature_bound(bounds) result(bound)
       !> Values and bounds of the signal; the slope is negative
       type(bounds_t), intent(in) :: bounds
-      real(wp) :: bound
 
       bound = bounds%two_sided_bound
       if (bounds%bound_jerk < huge(1.0_wp)) then
@@ -395,10 +390,9 @@ contains
 
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation. The root is limited to 1e290, which it
    !> exceeds only if the signal is almost constant.
-   elemental function step_without_zero(value, slope, bound) result(step)
+   elemental real(wp) function step_without_zero(value, slope, bound) result(step)
       !> Value >= 0, slope, and upper `bound` >= 0 of minus the second derivative
       real(wp), intent(in) :: value, slope, bound
-      real(wp) :: step
 
       ! the product of a smaller bound and a value would underflow
       real(wp), parameter :: min_bound = 1.0e-280_wp
@@ -460,14 +454,13 @@ contains
 
    !> Step from the second of two points to the zero of the cubic that gives time as a function of the value; Newton's
    !> step if the points do not allow this.
-   elemental function inverse_cubic_step(distance, value_before, slope_before, value, slope) result(step)
+   elemental real(wp) function inverse_cubic_step(distance, value_before, slope_before, value, slope) result(step)
       !> Time from the first point to the second
       real(wp), intent(in) :: distance
       !> Value and slope at the first point
       real(wp), intent(in) :: value_before, slope_before
       !> Value and slope at the second point
       real(wp), intent(in) :: value, slope
-      real(wp) :: step
 
       real(wp) :: ratio, change
 

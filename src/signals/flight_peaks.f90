@@ -123,10 +123,9 @@ contains
 
    !> Step to the maximum of a signal: to the zero of the parabola that its slope and the first two derivatives of the
    !> slope define.
-   elemental function step_to_maximum(bounds) result(step)
+   elemental real(wp) function step_to_maximum(bounds) result(step)
       !> Bounds of order 1: the slope of the signal and its derivatives
       type(bounds_t), intent(in) :: bounds
-      real(wp) :: step
 
       ! marks a step that does not exist; its cube does not overflow
       real(wp), parameter :: no_step = 1.0e50_wp
@@ -138,13 +137,12 @@ contains
    end function step_to_maximum
 
    !> Maximum of the cubic through the values and slopes of two evaluations, as a fraction of their distance in time.
-   pure function cubic_maximum(distance, earlier, later) result(fraction)
+   pure real(wp) function cubic_maximum(distance, earlier, later) result(fraction)
       real(wp), intent(in) :: distance
       !> The earlier evaluation, at which the signal rises
       type(bounds_t), intent(in) :: earlier
       !> The later evaluation, at which the signal falls
       type(bounds_t), intent(in) :: later
-      real(wp) :: fraction
 
       real(wp) :: bend, mean, middle
 
@@ -160,14 +158,13 @@ contains
    !> 17 instants. Before this instant a cubic from the earlier evaluation lies above the signal, after this instant a
    !> cubic from the later evaluation, both with the bound on the third derivative; the maximum Bernstein coefficient
    !> lies above each cubic.
-   pure function stays_below(level, distance, earlier, later) result(is)
+   pure logical function stays_below(level, distance, earlier, later) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
       !> The earlier evaluation
       type(bounds_t), intent(in) :: earlier
       !> The later evaluation
       type(bounds_t), intent(in) :: later
-      logical :: is
 
       integer, parameter :: divisions = 16
       ! instants in the order of trials: the middle decides most intervals
@@ -189,13 +186,12 @@ contains
    end function stays_below
 
    !> The maximum Bernstein coefficient of a cubic on [0, length], an upper bound of the cubic.
-   elemental function bernstein_maximum(value, slope, curvature, jerk, length) result(top)
+   elemental real(wp) function bernstein_maximum(value, slope, curvature, jerk, length) result(top)
       real(wp), intent(in) :: value
       real(wp), intent(in) :: slope
       real(wp), intent(in) :: curvature
       real(wp), intent(in) :: jerk
       real(wp), intent(in) :: length
-      real(wp) :: top
 
       real(wp) :: curvature_term
 

@@ -368,11 +368,10 @@ contains
    !> Amplitude up to which fast exponentials are left out. A signal that starts at zero with zero slope is searched by
    !> its higher derivatives. Fast exponentials dominate the higher derivatives; if their amplitude is below the
    !> rounding error of the signal, they would add nothing but error.
-   pure function min_amplitude(self, z0) result(threshold)
+   pure real(wp) function min_amplitude(self, z0) result(threshold)
       type(modal_signal_t), intent(in) :: self
       !> State at time 0, [padded]
       real(wp), intent(in) :: z0(:)
-      real(wp) :: threshold
 
       threshold = 0.0_wp
       if (self%start_order > 1) then

@@ -113,7 +113,7 @@ contains
    end function underdamped_terms
 
    !> Bound on |z| of an underdamped mode from this instant on.
-   elemental function underdamped_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
+   elemental real(wp) function underdamped_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
       !> Displacement of the modes at the instant
       real(wp), intent(in) :: z
       !> Velocity of the modes at the instant
@@ -124,13 +124,12 @@ contains
       real(wp), intent(in) :: decay
       !> 1/spread
       real(wp), intent(in) :: inverse_spread
-      real(wp) :: bound
 
       bound = sqrt(z**2 + min(v**2*inverse_square, ((v + decay*z)*inverse_spread)**2))
    end function underdamped_bound
 
    !> Bound on |z| of an overdamped mode from this instant on: z = A exp(-slow t) + B exp(-fast t).
-   elemental function overdamped_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
+   elemental real(wp) function overdamped_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
       !> Displacement of the modes at the instant
       real(wp), intent(in) :: z
       !> Velocity of the modes at the instant
@@ -143,7 +142,6 @@ contains
       real(wp), intent(in) :: spread
       !> 1/spread
       real(wp), intent(in) :: inverse_spread
-      real(wp) :: bound
 
       bound = min(sqrt(z**2 + v**2*inverse_square), &
          0.5_wp*inverse_spread*(abs(v + (decay + 2.0_wp*spread)*z) + abs(v + decay*z)))

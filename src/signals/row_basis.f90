@@ -92,12 +92,11 @@ contains
    end subroutine make_row_basis
 
    !> Whether a basis has these exponents and this number of rows.
-   pure function has_terms(basis, exponents, rows) result(answer)
+   pure logical function has_terms(basis, exponents, rows) result(answer)
       type(row_basis_t), intent(in) :: basis
       !> Exponents s, [terms]
       complex(wp), intent(in) :: exponents(:)
       integer, intent(in) :: rows
-      logical :: answer
 
       answer = basis%rows == rows .and. basis%terms == size(exponents)
       if (answer) answer = all(abs(basis%decay(:basis%terms) + real(exponents, wp)) <= 0.0_wp .and. &
@@ -105,13 +104,12 @@ contains
    end function has_terms
 
    !> Index of a derivative of a row, or of one of its bounds, in the arrays of all rows.
-   elemental function index_of(basis, row, column) result(place)
+   elemental integer function index_of(basis, row, column) result(place)
       type(row_basis_t), intent(in) :: basis
       !> Number of the row, from 1
       integer, intent(in) :: row
       !> Order of the derivative or column of the bound, from 0
       integer, intent(in) :: column
-      integer :: place
 
       place = row + basis%rows*column
    end function index_of

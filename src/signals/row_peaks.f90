@@ -146,12 +146,11 @@ contains
    end function range_on_path
 
    !> Bound of the sixth derivative of a signal from bounds of all rows.
-   pure function bound_of_sixth(basis, signal, bounds) result(bound)
+   pure real(wp) function bound_of_sixth(basis, signal, bounds) result(bound)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
       !> Bounds of all rows, from `bound_rows`
       real(wp), contiguous, intent(in) :: bounds(:)
-      real(wp) :: bound
 
       bound = abs(signal%factor)*bounds(index_of(basis, signal%row, sixth_column)) &
          + abs(signal%rate_factor)*bounds(index_of(basis, signal%row, seventh_column))
@@ -212,7 +211,7 @@ contains
    !> Whether a signal may exceed the maximum found until now by more than a tolerance. If that maximum is at an end of
    !> the interval, the signal is compared with the maximum per distance, or per squared distance, from that end,
    !> because the error of the polynomial vanishes with the distance from an end, too.
-   pure function may_exceed(b, size_of_error, maximum, tolerance) result(may)
+   pure logical function may_exceed(b, size_of_error, maximum, tolerance) result(may)
       !> Bernstein coefficients of the quintic Hermite polynomial
       real(wp), intent(in) :: b(0:5)
       !> Bound of the sixth derivative times the sixth power of the length
@@ -221,7 +220,6 @@ contains
       real(wp), intent(in) :: maximum
       !> Tolerance of the maximum
       real(wp), intent(in) :: tolerance
-      logical :: may
 
       may = maxval(b) + size_of_error*error_fraction(0) > maximum + tolerance
       if (may .and. .not. b(0) < maximum) may = may_exceed_from(b)
@@ -231,9 +229,8 @@ contains
 
       !> `may_exceed` if the maximum found until now is the first coefficient. If this coefficient is a local maximum,
       !> the second coefficient exceeds it by rounding at most.
-      pure function may_exceed_from(b) result(may)
+      pure logical function may_exceed_from(b) result(may)
          real(wp), intent(in) :: b(0:5)
-         logical :: may
 
          may = maxval(b(1:)) + size_of_error*error_fraction(1) > maximum
          if (may .and. b(1) <= maximum + 0.5_wp*tolerance) then
@@ -357,9 +354,8 @@ contains
 
    !> Approximate position of the maximum of a polynomial in Bernstein's form, as a fraction of the step, by samples
    !> inside the step and Newton's method.
-   pure function highest_point(b) result(top)
+   pure real(wp) function highest_point(b) result(top)
       real(wp), intent(in) :: b(0:5)
-      real(wp) :: top
 
       integer, parameter :: samples = 8, max_rounds = 3
       integer :: i, k

@@ -387,9 +387,8 @@ contains
    end subroutine find_crossing
 
    !> Zero of a falling polynomial in Bernstein's form, as a fraction of the step.
-   pure function root_of(b) result(root)
+   pure real(wp) function root_of(b) result(root)
       real(wp), intent(in) :: b(0:5)
-      real(wp) :: root
 
       type(bracket_t) :: bracket
       real(wp) :: c(0:5), value, slope

@@ -135,10 +135,9 @@ contains
    end subroutine bound_signal
 
    !> Upper bound of x**(1/5), at most 15 per cent above it.
-   pure function bound_of_fifth_root(x) result(bound)
+   pure real(wp) function bound_of_fifth_root(x) result(bound)
       !> At least zero
       real(wp), intent(in) :: x
-      real(wp) :: bound
 
       real(wp), parameter :: root(0:4) = 2.0_wp**[0.0_wp, 0.2_wp, 0.4_wp, 0.6_wp, 0.8_wp]
 
@@ -150,18 +149,16 @@ contains
 
    !> Exponent e of a number with 2**(e - 1) <= |x| < 2**e, read from its bits because the intrinsic function calls the
    !> library. For zero and subnormal numbers -1022.
-   elemental function exponent_of(x) result(power)
+   elemental integer function exponent_of(x) result(power)
       real(wp), intent(in) :: x
-      integer :: power
 
       power = int(ibits(transfer(x, 0_i8), mantissa_bits, exponent_bits)) - (exponent_bias - 1)
    end function exponent_of
 
    !> 2**k, made from its bits.
-   elemental function power_of_two(k) result(power)
+   elemental real(wp) function power_of_two(k) result(power)
       !> -1022 to 1023
       integer, intent(in) :: k
-      real(wp) :: power
 
       power = transfer(shiftl(int(k + exponent_bias, i8), mantissa_bits), 0.0_wp)
    end function power_of_two

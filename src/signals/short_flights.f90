@@ -149,10 +149,9 @@ contains
 
    !> Estimate of the first zero of c_1 + c_2 t + c_3 t^2 + ...: from the second on, the terms are continued as a
    !> geometric series with the ratio c_3 t/c_2.
-   pure function estimated_zero(coefficient) result(t)
+   pure real(wp) function estimated_zero(coefficient) result(t)
       !> c_1 > 0, c_2 < 0, c_3
       real(wp), intent(in) :: coefficient(3)
-      real(wp) :: t
 
       ! maximum ratio of the estimate to the zero of the first two terms
       real(wp), parameter :: max_ratio = 3.0_wp

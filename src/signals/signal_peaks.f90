@@ -40,13 +40,12 @@ module signal_peaks
 contains
 
    !> Whether a signal exceeds a level in a phase (the motion between two events).
-   function exceeds(signal, length, level) result(answer)
+   logical function exceeds(signal, length, level) result(answer)
       class(transformable_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       !> The level
       real(wp), intent(in) :: level
-      logical :: answer
 
       class(transformable_signal_t), allocatable :: below
       type(search_t) :: search
@@ -179,7 +178,7 @@ contains
 
    !> Number of intervals between samples that follow the fastest terms of a signal, about six in each of their periods.
    !> The ratio of the bounds of its third and of its second derivative is a mean of the frequencies of the terms.
-   function dense_samples(signal, from, to, limit) result(count)
+   integer(i8) function dense_samples(signal, from, to, limit) result(count)
       class(transformable_signal_t), intent(in) :: signal
       !> Start of the samples
       real(wp), intent(in) :: from
@@ -187,7 +186,6 @@ contains
       real(wp), intent(in) :: to
       !> Maximum of the number; the minimum is `few_samples`
       integer(i8), intent(in) :: limit
-      integer(i8) :: count
 
       type(bounds_t) :: bounds
       ! bound of the third derivative times the length
@@ -251,14 +249,13 @@ contains
    end subroutine sample_ahead
 
    !> The level that a higher maximum must reach.
-   elemental function raised_level(level, scale, extreme_search) result(higher)
+   elemental real(wp) function raised_level(level, scale, extreme_search) result(higher)
       !> The maximum found until now
       real(wp), intent(in) :: level
       !> Magnitude that replaces a maximum near zero
       real(wp), intent(in) :: scale
       !> The search that has the tolerance
       type(extreme_search_t), intent(in) :: extreme_search
-      real(wp) :: higher
 
       higher = level + extreme_search%tolerance*max(abs(level), scale) + tiny(1.0_wp)
    end function raised_level

@@ -15,7 +15,7 @@ contains
    !> For each number k, the terms after the k-th are replaced by their lower bounds, and the sum of the first k terms
    !> by the parabola with its value, its slope and a bound on its second derivative. The longest of these steps is
    !> taken. A cubic, with a bound on the third derivative, may give a longer step.
-   pure function zero_free_step(terms, other_terms, whole, whole_slope) result(step)
+   pure real(wp) function zero_free_step(terms, other_terms, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, in the columns of `certified_search`, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
       !> Sum of further terms, in the same columns; its bounds need not include convex terms
@@ -24,7 +24,6 @@ contains
       real(wp), intent(in) :: whole
       !> Slope of the whole sum
       real(wp), intent(in) :: whole_slope
-      real(wp) :: step
 
       ! for each k, sums over the first k terms: values, slopes, second derivatives and bounds
       real(wp), dimension(size(terms, 1)) :: values, slopes, curvatures, curvature_bounds, jerk_bounds
@@ -94,7 +93,7 @@ contains
    !> The longest of some multiples of a step over which a cubic is certainly positive, because its minimum Bernstein
    !> coefficient is positive; 0: the cubic may vanish in all. If the largest multiple is free of zeros, its multiples
    !> are tried in turn.
-   pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
+   pure real(wp) function cubic_step(value, slope, curvature, jerk, step) result(longest)
       !> Value at the start
       real(wp), intent(in) :: value
       !> Slope at the start
@@ -105,7 +104,6 @@ contains
       real(wp), intent(in) :: jerk
       !> The step of which multiples are tried
       real(wp), intent(in) :: step
-      real(wp) :: longest
 
       real(wp), parameter :: multiples(16) = [1.1_wp, 1.2_wp, 1.3_wp, 1.45_wp, 1.6_wp, 1.75_wp, 1.9_wp, 2.1_wp, &
          2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
@@ -146,7 +144,7 @@ contains
    !> Length of a step in which a sum of decaying exponentials certainly has no zero, by the Taylor polynomial of the
    !> sum; 0: no step is found that is much longer than the known step. Large exponentials that cancel in the sum cancel
    !> in the coefficients of the polynomial, too, but not in a bound on the second derivative of the sum.
-   pure function taylor_step(exponent, term, constant, whole, step) result(longest)
+   pure real(wp) function taylor_step(exponent, term, constant, whole, step) result(longest)
       !> Exponents s, Re s <= 0, [count]
       complex(wp), intent(in) :: exponent(:)
       !> Exponentials at the start of the step, [count]
@@ -157,7 +155,6 @@ contains
       real(wp), intent(in) :: whole
       !> The known step
       real(wp), intent(in) :: step
-      real(wp) :: longest
 
       integer, parameter :: degree = 15
       ! the first step times the rate of the fastest exponential
@@ -213,10 +210,9 @@ contains
    contains
 
       !> Number of subsets with k of n elements.
-      pure function binomial(n, k) result(number)
+      pure real(wp) function binomial(n, k) result(number)
          integer, intent(in) :: n
          integer, intent(in) :: k
-         real(wp) :: number
 
          integer :: i
 

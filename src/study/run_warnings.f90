@@ -78,11 +78,10 @@ contains
 
    !> Whether a run ends so soon after the last excursion of the stop beyond the settling level that another one may
    !> follow. Excursions of the motion in the first mode are at most half a period apart.
-   pure function ends_unsettled(scene, response) result(answer)
+   pure logical function ends_unsettled(scene, response) result(answer)
       type(scene_t), intent(in) :: scene
       !> The run of the scene
       type(response_t), intent(in) :: response
-      logical :: answer
 
       ! half a period of the first frequency, in tau
       real(wp), parameter :: half_period = pi
@@ -97,11 +96,10 @@ contains
 
    !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a
    !> support. The curvature of such a velocity, and with it the moment, grow with the number of elements.
-   pure function has_unlimited_stress(scene, response) result(answer)
+   pure logical function has_unlimited_stress(scene, response) result(answer)
       type(scene_t), intent(in) :: scene
       !> The run of the scene
       type(response_t), intent(in) :: response
-      logical :: answer
 
       answer = .false.
       if (.not. allocated(response%moments) .or. scene%zeta <= 0.0_wp .or. allocated(scene%mode_ratios)) return
