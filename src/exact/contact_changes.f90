@@ -3,7 +3,7 @@
 module contact_changes
    use certified_search, only: found_none, search_t
    use contact_states, only: node_motion_at
-   use contact_values, only: event_of, force_of, gap_of, gap_rounding, velocity_of
+   use contact_values, only: event_of, force_of, gap_of, gap_rounding, velocity_of, velocity_rounding
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
@@ -90,7 +90,8 @@ contains
          associate (state => self%states(k))
             if (state%start_order == 0) cycle
             if (k /= ended_at .and. state%is_rigid .and. .not. state%is_closed) then
-               if (gap_of(self, k, motion%q) <= gap_rounding(self, k, motion)) cycle
+               if (gap_of(self, k, motion%q) <= gap_rounding(self, k, motion) .and. &
+                  .not. velocity_of(self, k, motion) < -velocity_rounding(self, k, motion)) cycle
             end if
             state%start_order = 0
          end associate

@@ -54,8 +54,9 @@ module contact_phase
       integer :: ended_at = 0
       !> How this contact ends the phase: one of the `end_` constants
       integer :: ended_by = end_gap
-      !> Whether the flight that ends at contact `ended_at` began with zero velocity on that contact
-      logical :: starts_at_rest = .false.
+      !> If the flight that ends at contact `ended_at` began with this phase: order of the first nonzero derivative of
+      !> its gap; else 0
+      integer :: start_order = 0
       !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
       !> Histories of each contact, [contacts]
@@ -362,7 +363,7 @@ contains
       call end_variations(self, self%ended_at, motion)
       call evaluate_end(self, motion)
       where (self%now%undeformed_at <= self%search%time) self%now%states%is_deformed = .false.
-      if (self%ended_at > 0) self%starts_at_rest = self%now%states(self%ended_at)%start_order > 1
+      if (self%ended_at > 0) self%start_order = self%now%states(self%ended_at)%start_order
       self%now%states%is_new_flight = .false.
       if (self%ended_at > 0 .and. any(self%ended_by == [end_gap, end_force])) call project_gap(self%now, &
          self%ended_at, self%ended_by, self%interval%z_end, motion)

@@ -50,7 +50,7 @@ contains
       end if
       call report_progress(motion%tau, settings%duration)
       if (phase%search%outcome == found_cancelled) call revert_columns(motion%tangent)
-      call apply_transition(phase%now, phase%ended_at, phase%ended_by, phase%starts_at_rest, phase%search, &
+      call apply_transition(phase%now, phase%ended_at, phase%ended_by, phase%start_order, phase%search, &
          phase%hop_tolerance, motion, response)
       call observe_events(motion%observers, response)
       call check_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)

@@ -29,14 +29,14 @@ module phase_transitions
 contains
 
    !> Apply the transition at the end of a phase.
-   subroutine apply_transition(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
+   subroutine apply_transition(self, k, ended_by, start_order, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> Index of the contact that ended the phase
       integer, intent(in) :: k
       !> How the contact ended the phase: one of the `end_` constants
       integer, intent(in) :: ended_by
-      !> Whether the flight that ends began with zero velocity on this contact
-      logical, intent(in) :: starts_at_rest
+      !> If the flight that ends began with this phase: order of the first nonzero derivative of its gap; else 0
+      integer, intent(in) :: start_order
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
@@ -53,7 +53,7 @@ contains
          return
       end if
       has_begun = self%states%start_order > 1 .and. self%states%is_rigid .and. .not. self%states%is_closed
-      call apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
+      call apply_contact_end(self, k, ended_by, start_order, search, hop_tolerance, motion, response)
       do i = 1, size(has_begun)
          if (.not. has_begun(i) .or. self%states(i)%is_closed) cycle
          ! an impulse has given the stop point a velocity
@@ -63,14 +63,14 @@ contains
    end subroutine apply_transition
 
    !> Apply the transition at a contact that ended a phase.
-   subroutine apply_contact_end(self, k, ended_by, starts_at_rest, search, hop_tolerance, motion, response)
+   subroutine apply_contact_end(self, k, ended_by, start_order, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> Index of the contact that ended the phase
       integer, intent(in) :: k
       !> How the contact ended the phase: one of the `end_` constants
       integer, intent(in) :: ended_by
-      !> Whether the flight that ends began with zero velocity on this contact
-      logical, intent(in) :: starts_at_rest
+      !> If the flight that ends began with this phase: order of the first nonzero derivative of its gap; else 0
+      integer, intent(in) :: start_order
       type(search_t), intent(in) :: search
       !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
@@ -96,11 +96,13 @@ contains
                call close_compliant(self, k, search, motion, response)
                return
             end if
-            ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance
-            captures(k)%is_captured = search%outcome == found_cancelled .or. search%outcome == found_never_positive &
+            ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance; a change of a
+            ! load just before an impact begins a phase without a positive gap, but not the flight
+            captures(k)%is_captured = search%outcome == found_cancelled .or. (search%outcome == found_never_positive &
+               .and. (start_order > 0 .or. .not. velocity_of(self, k, motion) < -velocity_rounding(self, k, motion))) &
                .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
             ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
-            captures(k)%has_reaction = search%outcome == found_never_positive .and. starts_at_rest
+            captures(k)%has_reaction = search%outcome == found_never_positive .and. start_order > 1
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, cancelled_flights(self, k, search, motion%tau), captures, motion, response)
