@@ -193,6 +193,14 @@ def legend_of_titles(axes, handles, titles, **options):
         shown.set_text(title)
 
 
+def varied_with(file, name):
+    """Parameters of a sweep that vary together with one, value by value, because they are tied or their lists are paired."""
+    sweep = file["sweep"].attrs
+    together = sweep["parameters"] if text_of(sweep["design"]) == "paired" else file["scene/sweep"].attrs.get("tied", "")
+    together = [other.strip() for other in text_of(together).split(",")]
+    return [other for other in together if other != name] if name in together else []
+
+
 def time_of(words, unit):
     """A time of the command line, such as 0.02 or 20ms, in the unit of a file; a number alone has that unit already."""
     found = re.fullmatch(r"([-+.\deE]+)([m\u00b5un]?)(s?)", words)

@@ -35,24 +35,29 @@ class Diagram:
             if not 1 <= chain <= count:
                 raise plots.Unplottable(f"{path}: has chains 1 to {count}: --chain {chain} is none of them")
             cases = slice((chain - 1)*length, chain*length)
-            self.others = {other: group[other][cases][0] for other in names if other != self.parameter and count > 1}
-            self.values = group[self.parameter][cases]
-            self.unit = plots.unit_of(group, self.parameter)
-            self.sections = group[name][cases]
+            self.is_carried = "carry" in group.attrs
+            if not self.is_carried:
+                # curves join neighbours, and the lists of a scene have any order
+                cases = np.argsort(group[self.parameter][()], kind="stable")
+            self.others = {other: group[other][()][cases][0] for other in names if other != self.parameter and count > 1}
+            self.values = group[self.parameter][()][cases]
+            self.labels = [plots.with_unit(each.replace("_", " "), plots.unit_of(group, each))
+                           for each in [self.parameter, *plots.varied_with(file, self.parameter)]]
+            self.sections = group[name][()][cases]
             self.section_unit = plots.unit_of(group, name)
             is_fixed = quantity == "displacement" and not any(word in each for each in names for word in ("preload", "height", "clearance"))
             self.levels = self.read_levels(file, point) if is_fixed else []
-            self.is_back = group["direction"][cases] < 0 if "direction" in group else np.zeros(length, bool)
+            self.is_back = group["direction"][()][cases] < 0 if "direction" in group else np.zeros(length, bool)
             self.exponent, self.exponent_unit = None, ""
             if "lyapunov_exponent" in group:
-                self.exponent = group["lyapunov_exponent"][cases]
+                self.exponent = group["lyapunov_exponent"][()][cases]
                 self.exponent_unit = plots.unit_of(group, "lyapunov_exponent")
             self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
             self.greatest = None
             if self.linear is not None:
                 extremes = [f"{end}imum_{'tip' if point == 'tip' else 'displacement'}" for end in ("min", "max")]
                 if all(extreme in group for extreme in extremes):
-                    least, most = (group[extreme][cases] for extreme in extremes)
+                    least, most = (group[extreme][()][cases] for extreme in extremes)
                     self.greatest = 0.5*(most - least)
 
     @staticmethod
@@ -111,9 +116,10 @@ def draw_sections(axes, diagram, quantity, point):
 
 
 def ways(diagram):
-    """Label, colour and cases of the increasing parameter, and of the decreasing one if there is one."""
+    """Label, colour and cases of the increasing parameter, and of the decreasing one if there is one; all cases, if none is carried."""
     forth, back = ("increasing", "decreasing") if diagram.values[0] <= diagram.values[~diagram.is_back][-1] else \
         ("decreasing", "increasing")
+    forth = forth if diagram.is_carried else "independent cases"
     yield forth, INCREASING, ~diagram.is_back
     if diagram.is_back.any():
         yield back, DECREASING, diagram.is_back
@@ -154,7 +160,7 @@ def draw(diagram, quantity, point):
             draw_exponent(axes, diagram)
     given = ", ".join(f"{name} = {value:g}" for name, value in diagram.others.items())
     rows[0, 0].set_title(diagram.title + (f"; {given}" if given else ""))
-    rows[-1, 0].set_xlabel(plots.with_unit(diagram.parameter.replace("_", " "), diagram.unit))
+    rows[-1, 0].set_xlabel("\n".join(diagram.labels))
     rows[-1, 0].set_xlim(diagram.values.min(), diagram.values.max())
     return figure
 

@@ -81,6 +81,10 @@ class Scene:
             if "cases" in file or "sweep" in file:
                 raise plots.Unplottable(f"{path}: holds several cases, no single scene")
             scene = plots.group_of(file, "scene", "scene")
+            if "mesh" not in file:
+                raise plots.Unplottable(f"{path}: holds no single run of the scene, which a picture of the scene needs")
+            if "stop" not in scene and "bodies" not in file:
+                raise plots.Unplottable(f"{path}: its scene has no &stop and no &body")
             self.name, self.title = path.stem, plots.title_of(file)
             scales = scene["scales"].attrs
             self.unit = float(scales["displacement"])
@@ -143,8 +147,6 @@ class Scene:
     def read_surfaces(self, file):
         """Sides of stops; the file of the paper's one stop has no list of them."""
         scene = file["scene"]
-        if "stop" not in scene and "bodies" not in file:
-            raise plots.Unplottable(f"{file.filename}: its scene has no &stop")
         self.bodies = []
         laws = {name: plots.text_of(scene[name].attrs["law"]) for name in scene if name.split("_")[0] == "stop"}
         recorded = file["response"] if "response" in file else {}

@@ -61,6 +61,8 @@ class Sweep:
             # Parameters that are tied to others have no axis of their own.
             names = group.attrs["grid_parameters" if "grid_parameters" in group.attrs else "parameters"]
             self.names = [name.strip() for name in plots.text_of(names).split(",")]
+            parameters = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
+            self.partners = {name: plots.varied_with(file, name) for name in parameters}
             self.is_in_units = "units" in file.attrs
             best = file.get("best")
             chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "settling_time")
@@ -68,7 +70,7 @@ class Sweep:
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
             if self.measure not in known:
                 raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
-            shown = [*self.names, self.measure]
+            shown = [*parameters, self.measure]
             self.units, factors = {}, {}
             for name in shown:
                 factors[name], self.units[name] = plots.reading(
@@ -76,29 +78,45 @@ class Sweep:
             self.is_paired = plots.text_of(group.attrs["design"]) == "paired"
             grid = file.get("grid", group.get("axes"))
             self.axes = {name: factors[name] * grid[name][:] for name in self.names} if grid else None
-            self.values = {name: factors[name] * group[name][:] for name in self.names}
+            self.values = {name: factors[name] * group[name][:] for name in parameters}
             self.column = factors[self.measure] * group[self.measure][:].astype(float)
             self.column[group["status"][:] > 0] = np.nan
             if not np.isfinite(self.column).any():
                 others = ", ".join(name for name in known if np.isfinite(group[name][:].astype(float)).any()) or "no measure, as none has values"
                 raise plots.Unplottable(f"{path}: {self.measure} has no value in any case; --measure takes another of {others}")
-            parameters = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
             spacings = plots.text_of(group.attrs["spacings"]).split(",")
             self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(parameters, spacings)}
+            cases = self.put_in_order()
             # the first of these is the best case of the sweep, the last the best of all
             self.path = None
             self.best = None
             self.cut_case = int(np.nanargmin(self.column))
             if best and chosen == self.measure and len(best["case"]):
-                self.best = int(best["case"][0]) - 1
+                self.best = int(np.flatnonzero(cases == best["case"][0] - 1)[0])
                 source = best["refinement"] if "refinement" in best else None
                 self.cut_case = self.best
                 if source is not None:
                     self.path = {name: factors[name] * source[name][:] for name in shown}
 
-    def label(self, name):
+    def put_in_order(self):
+        """Put the values of each axis of a grid, and the cases, in ascending order, because the lists of a scene have any order
+        and cells and curves join neighbours. Return the former places of the cases."""
+        cases = np.arange(len(self.column))
+        if self.axes is not None:
+            orders = [np.argsort(self.axes[name], kind="stable") for name in self.names]
+            cases = cases.reshape([len(order) for order in orders])[np.ix_(*orders)].ravel()
+            self.axes = {name: self.axes[name][order] for name, order in zip(self.names, orders)}
+        self.values = {name: values[cases] for name, values in self.values.items()}
+        self.column = self.column[cases]
+        return cases
+
+    def label_alone(self, name):
         """The name of a parameter on an axis."""
         return plots.with_unit(SYMBOLS.get(name, name.replace("_", " ") if self.units[name] else name), self.units[name])
+
+    def label(self, name):
+        """The same with the names of the parameters that vary together with it."""
+        return "\n".join(map(self.label_alone, [name, *self.partners[name]]))
 
     def measure_label(self):
         """The name of the measure on an axis."""
@@ -108,7 +126,7 @@ class Sweep:
     def case_in_words(self, words, source, index):
         """A case with the value of the measure and those of the parameters, with their units."""
         value = plots.quantity(source[self.measure][index], self.units[self.measure])
-        given = ", ".join(f"{self.short(name)} = {plots.quantity(source[name][index], self.units[name])}" for name in self.names)
+        given = ", ".join(f"{self.short(name)} = {plots.quantity(source[name][index], self.units[name])}" for name in self.partners)
         return textwrap.fill(f"{words}: {value} at {given}", 64)
 
     def short(self, name):
@@ -206,6 +224,8 @@ def draw_map(sweep, names):
     panel.margins(0.0 if sweep.axes is not None else 0.02)
     set_scale(panel, "x", sweep.logarithmic[across])
     set_scale(panel, "y", sweep.logarithmic[up])
+    label_together(panel, "x", sweep, across)
+    label_together(panel, "y", sweep, up)
     bar = figure.colorbar(mesh, ax=panel, pad=0.02, label=sweep.measure_label())
     if isinstance(norm, LogNorm):
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -254,8 +274,7 @@ def draw_curves(sweep, name, family):
     panel.set_xlabel(sweep.label(name))
     panel.set_ylabel(sweep.measure_label())
     set_scale(panel, "x", sweep.logarithmic[name] and not sweep.is_paired)
-    if sweep.is_paired and len(sweep.names) > 1:
-        label_pairs(panel, sweep, name)
+    label_together(panel, "x", sweep, name)
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
     figure.suptitle(sweep.title, fontsize=11)
@@ -264,23 +283,25 @@ def draw_curves(sweep, name, family):
     return figure
 
 
-def label_pairs(panel, sweep, name):
-    """Ticks at the cases of lists that are paired, each with the values of all parameters."""
-    order = np.argsort(sweep.values[name])
-    order = order[np.unique(np.linspace(0, len(order) - 1, min(len(order), 8)).round().astype(int))]
-    others = [other for other in sweep.names if other != name]
-    panel.set_xticks(sweep.values[name][order], ["\n".join(f"{sweep.values[each][k]:.4g}" for each in [name, *others]) for k in order])
-    panel.xaxis.set_minor_locator(NullLocator())
-    panel.set_xlabel("\n".join(sweep.label(each) for each in [name, *others]))
+def label_together(panel, axis, sweep, name):
+    """Ticks at the values of a parameter, each with the values of those that vary together with it; without those, no change."""
+    if not sweep.partners[name]:
+        return
+    places, cases = np.unique(sweep.values[name], return_index=True)
+    chosen = np.unique(np.linspace(0, len(cases) - 1, min(len(cases), 8)).round().astype(int))
+    labels = [("\n" if axis == "x" else ", ").join(f"{sweep.values[each][case]:.4g}" for each in [name, *sweep.partners[name]])
+              for case in cases[chosen]]
+    getattr(panel, f"set_{axis}ticks")(places[chosen], labels)
+    getattr(panel, f"{axis}axis").set_minor_locator(NullLocator())
 
 
 def draw_parallel(sweep):
     """All parameters and the measure as upright axes, a line for each case; the better, the darker and the more in front."""
-    columns = [*sweep.names, sweep.measure]
-    data = np.array([sweep.values[name] for name in sweep.names] + [sweep.column])
+    columns = [*sweep.partners, sweep.measure]
+    data = np.array([sweep.values[name] for name in sweep.partners] + [sweep.column])
     known = np.isfinite(sweep.column)
     norm = colour_scale(sweep.column)
-    logarithmic = [sweep.logarithmic[name] for name in sweep.names] + [isinstance(norm, LogNorm)]
+    logarithmic = [sweep.logarithmic[name] for name in sweep.partners] + [isinstance(norm, LogNorm)]
     limits = [(row[known].min(), row[known].max()) for row in data]
     if sweep.path is not None:
         limits = [(min(low, sweep.path[name].min()), max(high, sweep.path[name].max())) for name, (low, high) in zip(columns, limits)]
@@ -321,7 +342,7 @@ def draw_parallel(sweep):
                 value = 0.0
             panel.annotate(f"{value:.3g}", (k, share_of_axis), xytext=(4, 0), textcoords="offset points", fontsize=7.5,
                            va="center", zorder=5, bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
-    names = [sweep.label(name) for name in sweep.names] + [sweep.measure_label()]
+    names = [sweep.label_alone(name) for name in sweep.partners] + [sweep.measure_label()]
     panel.set_xticks(places, [name.replace(" $", "\n$", 1) for name in names])
     panel.tick_params(axis="both", which="both", length=0, left=False, labelleft=False)
     panel.set_ylim(-0.03, 1.03)
