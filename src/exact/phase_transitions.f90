@@ -96,8 +96,8 @@ contains
                call close_compliant(self, k, search, motion, response)
                return
             end if
-            ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance; a change of a
-            ! load just before an impact begins a phase without a positive gap, but not the flight
+            ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance; a change of
+            ! a load just before an impact begins a phase without a positive gap, but not the flight
             captures(k)%is_captured = search%outcome == found_cancelled .or. (search%outcome == found_never_positive &
                .and. (start_order > 0 .or. .not. velocity_of(self, k, motion) < -velocity_rounding(self, k, motion))) &
                .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
