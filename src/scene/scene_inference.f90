@@ -14,7 +14,7 @@ module scene_inference
    use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
    use run_settings, only: count_samples, method_exact, name_length
    use scene_input, only: scene_input_t
-   use scene_sweep, only: entry_of_parameter, refuse_lost_units
+   use scene_sweep, only: entry_of_parameter, refuse_lost_values
    use scene_types, only: has_rigid_stops, scene_t
    use signal_file, only: read_signal, signal_t, unit_ratio
    use sweep_names, only: find_parameters, parameter_names, parameter_of
@@ -235,7 +235,7 @@ contains
          end if
       end associate
       if (parameter%quantity == '' .and. .not. input%has_problem()) then
-         call refuse_lost_units(input, table, place, "&sensitivity parameters = '"//name//"'")
+         call refuse_lost_values(input, table, place, "&sensitivity parameters = '"//name//"'")
       end if
    end subroutine check_parameter
 

@@ -17,7 +17,7 @@ module scene_sweep
    use value_rules, only: is_among, max_length_ratio, max_stored_numbers, length_ratio_problem
    implicit none (type, external)
    private
-   public :: resolve_sweep, resolve_cases, entry_of_parameter, refuse_lost_units
+   public :: resolve_sweep, resolve_cases, entry_of_parameter, refuse_lost_values
 
    !> Pairs of a ratio and a quantity in units that refers to it: if the ratio is varied, the quantity no longer has the
    !> value in the file.
@@ -49,7 +49,7 @@ contains
       call check_duplicates(input, table, scene%sweep%swept)
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
-            if (is_swept(swept)) call refuse_lost_units(input, table, entry_of_parameter(table, swept%parameter), &
+            if (is_swept(swept)) call refuse_lost_values(input, table, entry_of_parameter(table, swept%parameter), &
                '&sweep '//given_name(swept))
          end associate
       end do
@@ -440,12 +440,13 @@ contains
       end associate
       if (.not. table%applies(place)) call input%complain('cases', 'parameter', &
          parameter//' goes with '//phrase_of(table, place, from_elsewhere=.true.))
-      call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
+      call refuse_lost_values(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter
 
    !> Report each quantity in the file whose value would not hold, because the varied entry determines the same
-   !> quantity, or a quantity to which it refers (`lost_quantities`).
-   subroutine refuse_lost_units(input, table, place, by)
+   !> quantity, or a quantity to which it refers (`lost_quantities`), and a list of points, all of which the varied
+   !> entry would replace by one. A varied dimension of &section, or damping ratio, applies to all stations or modes.
+   subroutine refuse_lost_values(input, table, place, by)
       type(scene_input_t), intent(inout) :: input
       !> Table of names with the values of the file
       type(table_t), intent(in) :: table
@@ -457,7 +458,12 @@ contains
       integer :: i, k
       logical :: is_lost
 
-      associate (varied => table%entries(place))
+      associate (varied => table%entries(place), own => table%groups(table%entries(place)%group))
+         if (varied%is_given .and. varied%is_list .and. any(own%name == [character(6) :: 'force', 'stress'])) then
+            if (size(varied%list) > 1) call input%complain(trim(own%name), trim(varied%name%name), 'must be one ' &
+               //'value beside '//by//', which would replace all '//to_text(size(varied%list))//' by one', &
+               own%occurrence)
+         end if
          do i = table%groups(varied%group)%first_entry, table%groups(varied%group)%last_entry
             associate (other => table%entries(i))
                if (.not. other%is_given) cycle
@@ -472,6 +478,6 @@ contains
             end associate
          end do
       end associate
-   end subroutine refuse_lost_units
+   end subroutine refuse_lost_values
 
 end module scene_sweep
