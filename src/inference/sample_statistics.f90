@@ -3,12 +3,14 @@ module sample_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use sorting, only: ascending_order
+   use student, only: student_quantile
    implicit none (type, external)
    private
    public :: sample_t, find_sample_statistics
 
    !> Statistics of a sample. Errors are half widths of 95 % intervals for independent numbers; errors of a Latin
-   !> hypercube are rarely larger.
+   !> hypercube are rarely larger. With fewer than `few` values the error of the standard deviation is at least that of
+   !> normally distributed values.
    type :: sample_t
       !> Number of values that are not NaN
       integer :: count = 0
@@ -31,6 +33,10 @@ module sample_statistics
    !> Half width of a 95 % interval in standard deviations.
    real(wp), parameter :: half_width = 1.959963984540054_wp
 
+   !> Number of values below which their fourth moment is too uncertain to show a distribution narrower than the normal
+   !> one.
+   integer, parameter :: few = 30
+
 contains
 
    !> Find the statistics of a sample.
@@ -44,7 +50,9 @@ contains
       type(sample_t), intent(out) :: sample
 
       real(wp), allocatable :: sorted(:)
-      real(wp) :: fourth, n, nan, width
+      ! degrees of freedom beyond which Student's t differs from the normal quantile by less than 2e-4
+      integer, parameter :: max_freedom = 10000
+      real(wp) :: fourth, n, nan, t, width
       integer :: i, k
 
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -64,12 +72,15 @@ contains
       n = real(sample%count, wp)
       sample%mean = sum(sorted)/n
       sample%deviation = sqrt(sum((sorted - sample%mean)**2)/(n - 1.0_wp))
+      t = student_quantile(0.95_wp, min(sample%count - 1, max_freedom))
+      sample%mean_error = t*sample%deviation/sqrt(n)
+      ! The variance s^2 has the variance (m4 - s^4 (n - 3)/(n - 1))/n, m4 being the fourth central moment (3 s^4 of a
+      ! normal distribution), and d(s^2) = 2 s ds.
       fourth = sum((sorted - sample%mean)**4)/n
-      sample%mean_error = half_width*sample%deviation/sqrt(n)
-      ! the variance s^2 has the variance (m4 - s^4)/n with the fourth central moment m4, and d(s^2) = 2 s ds
+      if (sample%count < few) fourth = max(fourth, 3.0_wp*sample%deviation**4)
       sample%deviation_error = 0.0_wp
-      if (sample%deviation > 0.0_wp) sample%deviation_error = half_width* &
-         sqrt(max(fourth - sample%deviation**4, 0.0_wp)/n)/(2.0_wp*sample%deviation)
+      if (sample%deviation > 0.0_wp) sample%deviation_error = t* &
+         sqrt(max(fourth - sample%deviation**4*(n - 3.0_wp)/(n - 1.0_wp), 0.0_wp)/n)/(2.0_wp*sample%deviation)
       ! the share of values below a quantile has the variance p (1 - p)/n
       do k = 1, size(probabilities)
          associate (p => probabilities(k))
