@@ -1,7 +1,8 @@
 !> Initialisation of the HDF5 library, and the type of texts, which writing and loading share.
 module hdf5_library
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
-   use hdf5, only: h5eset_auto_f, h5open_f, h5t_cset_utf8_f, h5t_string, h5tcopy_f, h5tset_cset_f, hid_t
+   use hdf5, only: h5dont_atexit_f, h5eset_auto_f, h5open_f, h5t_cset_utf8_f, h5t_string, h5tcopy_f, h5tset_cset_f, &
+      hid_t
    implicit none (type, external)
    private
    public :: open_hdf5, make_text_type, c_free
@@ -42,6 +43,9 @@ contains
       ! results files itself.
       if (.not. is_open) then
          ignored_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
+         ! At the end of the program HDF5 would write again what a full disk has refused, from memory that is freed
+         ! already. The callers close all files, so nothing is left to do then.
+         call h5dont_atexit_f(ignored_status)
          call h5open_f(status)
       end if
       is_open = status == 0
