@@ -3,7 +3,7 @@ module small_equations
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: solve_small, eliminate
+   public :: eliminate_bordered, solve_small, eliminate
 
    !> A pivot of this size, beside rows of size 1, is zero. The solution of a singular system is then immense, but its
    !> squares do not overflow.
@@ -87,6 +87,30 @@ contains
          end do
       end do
    end subroutine eliminate
+
+   !> Solve equations whose last unknowns have the small diagonal D, as `eliminate` does. The first unknowns are of the
+   !> order of D: they lose their digits unless the last equations, which contain the rows and D, eliminate them first.
+   pure subroutine eliminate_bordered(a, solution, count)
+      !> On entry A; on return undefined, [n, n]
+      complex(wp), intent(inout) :: a(:, :)
+      !> On entry B; on return X, [n, number of right-hand sides]
+      complex(wp), intent(inout) :: solution(:, :)
+      !> Number of first unknowns
+      integer, intent(in) :: count
+
+      ! value of D above which the first unknowns keep enough digits
+      real(wp), parameter :: max_small = 1.0e-12_wp
+      ! pivots may be as small as the scale, and must exceed `min_pivot`
+      real(wp), parameter :: min_scale = 1.0e-50_wp
+      real(wp) :: scale
+      integer :: i
+
+      scale = maxval([min_scale, (abs1(a(i, i)), i=count + 1, size(a, 1))])
+      if (scale > max_small .or. count == size(a, 1)) scale = 1.0_wp
+      a(:, :count) = scale*a(:, :count)
+      call eliminate(a, solution)
+      solution(:count, :) = scale*solution(:count, :)
+   end subroutine eliminate_bordered
 
    !> |Re z| + |Im z|.
    elemental real(wp) function abs1(z) result(value)

@@ -18,7 +18,7 @@ module coupled_equation
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, abs1
-   use small_equations, only: eliminate
+   use small_equations, only: eliminate_bordered
    implicit none (type, external)
    private
    public :: coupled_equation_t, make_coupled_equation, coupled_vectors_t, vectors_at, vectors_at_root, stop_fractions
@@ -403,7 +403,7 @@ contains
          solution(:n, :n) = vectors%slopes(:n, :n)
          solution(:n, n + 1) = 0.0_wp
          if (vectors%mode > 0) solution(:stops, n + 1) = m*problem%value(vectors%mode, :)
-         call eliminate(vectors%elimination(:n, :n), solution(:n, :n + 1))
+         call eliminate_bordered(vectors%elimination(:n, :n), solution(:n, :n + 1), stops)
          vectors%trace = 0.0_wp
          do j = 1, n
             vectors%trace = vectors%trace + solution(j, j)
@@ -428,7 +428,7 @@ contains
             vectors%elimination(:n, :n) = transpose(vectors%matrix(:n, :n))
             solution(:n, 1) = 0.0_wp
             solution(:stops, 1) = problem%value(vectors%mode, :)
-            call eliminate(vectors%elimination(:n, :n), solution(:n, :1))
+            call eliminate_bordered(vectors%elimination(:n, :n), solution(:n, :1), stops)
             do j = 1, stops
                if (.not. is_accurate(j)) left(j) = solution(j, 1)
             end do

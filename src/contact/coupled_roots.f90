@@ -4,6 +4,7 @@ module coupled_roots
    use compliant_stop, only: is_rigid_stop
    use constrained_modes, only: constrain
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, vectors_at
+   use free_modes, only: max_rigid_square
    use kinds, only: wp
    use pole_offsets, only: distances, root_distances, abs1, sum_of_inverses
    implicit none (type, external)
@@ -80,8 +81,8 @@ contains
       has_conjugate = .false.
       ! the roots near the poles of the modes come first, two for each mode, then one for each branch
       do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
-         s = problem%pole(m) + search%offset(m)
-         has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
+         s = problem%pole(search%near(m)) + search%offset(m)
+         has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(search%near(m)))) > 0.0_wp .and. stays_apart(s) .and. &
             abs1(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
       is_conjugate = eoshift(has_conjugate, -1)
@@ -160,8 +161,10 @@ contains
          ! leave a point at which the step is infinite or not a number
          if (.not. abs1(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
-         magnitude = abs1(offset(m))
          length = abs1(step)
+         ! a step to the pole, to rounding, has left the offset without digits
+         if (abs1(offset(m)) <= epsilon(1.0_wp)*length) offset(m) = epsilon(1.0_wp)*step
+         magnitude = abs1(offset(m))
          tolerance = 1.0e-12_wp*magnitude
          if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*abs1(s))
          ! coalescing roots are accurate to the square root of the rounding error only
@@ -268,6 +271,10 @@ contains
          end if
       end do
       near = [(j, j=1, size(near))]
+      ! between the scales of these roots and of other motions the equation has no digits, so they start with theirs
+      do j = 1, 2*size(square)
+         if (square((j + 1)/2) <= max_rigid_square) near(j) = minloc(abs(problem%pole - s(j)), dim=1)
+      end do
       last = 2*size(square)
       do k = 1, size(problem%spring)
          if (problem%branch_pole(k) == 0) cycle
