@@ -70,7 +70,7 @@ contains
       logical :: has_conjugate(size(near))
       ! this root is the conjugate of the root before it
       logical :: is_conjugate(size(near))
-      complex(wp) :: s
+      complex(wp) :: pole
       integer :: iteration, m
 
       allocate (search%near(size(near)), search%offset(size(near)), search%root_distance(size(near)), &
@@ -81,8 +81,8 @@ contains
       has_conjugate = .false.
       ! the roots near the poles of the modes come first, two for each mode, then one for each branch
       do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
-         s = problem%pole(search%near(m)) + search%offset(m)
-         has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(search%near(m)))) > 0.0_wp .and. stays_apart(s) .and. &
+         pole = problem%pole(search%near(m))
+         has_conjugate(m) = in_pairs .and. abs(aimag(pole)) > 0.0_wp .and. stays_apart(pole + search%offset(m)) .and. &
             abs1(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
       is_conjugate = eoshift(has_conjugate, -1)
