@@ -132,7 +132,7 @@ contains
    end subroutine close_contact
 
    !> Open or close each contact with a spring and damper according to the sign of its force: impulses change
-   !> velocities, hence damper forces, abruptly.
+   !> velocities, hence damper forces, abruptly. A touched contact (zero gap, zero force) closes if the beam approaches.
    subroutine check_dampers(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -143,7 +143,13 @@ contains
 
       do k = 1, size(self%states)
          associate (state => self%states(k))
-            if (.not. (state%moves_with_beam .and. (state%is_closed .or. state%is_deformed))) cycle
+            if (.not. state%moves_with_beam) cycle
+            if (state%is_touched) then
+               if (gap_of(self, k, motion%q) > gap_rounding(self, k, motion)) cycle
+               if (velocity_of(self, k, motion) < -velocity_rounding(self, k, motion)) call close_contact(self, k, 1, &
+                  motion, response)
+            end if
+            if (.not. (state%is_closed .or. state%is_deformed)) cycle
             force = force_of(self, k, motion)
             if (state%is_closed .and. force < 0.0_wp) then
                call detach_contact(self, k, motion, response)

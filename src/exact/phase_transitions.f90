@@ -94,6 +94,9 @@ contains
          case default
             if (.not. state%is_rigid) then
                call close_compliant(self, k, search, motion, response)
+               ! the force of a damper has jumped, and with it the reactions of closed rigid contacts
+               if (state%is_closed .and. state%start_order == 0) call update_rigid_contacts(self, captures, motion, &
+                  response)
                return
             end if
             ! the gap of the flight that ends did not exceed rounding, or did not exceed the hop tolerance; a change of
@@ -106,8 +109,8 @@ contains
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, cancelled_flights(self, k, search, motion%tau), captures, motion, response)
-               call update_rigid_contacts(self, captures, motion, response)
                call check_dampers(self, motion, response)
+               call update_rigid_contacts(self, captures, motion, response)
             else
                call apply_impacts(self, k, hop_tolerance, captures, motion, response)
             end if
@@ -161,8 +164,8 @@ contains
 
       type(capture_t) :: captures(size(self%states))
 
-      call update_rigid_contacts(self, captures, motion, response)
       call check_dampers(self, motion, response)
+      call update_rigid_contacts(self, captures, motion, response)
       call resolve_touched_contacts(self, motion, response)
    end subroutine update_contacts
 
@@ -304,12 +307,13 @@ contains
          end do
          if (next == 0) exit
       end do
-      call update_rigid_contacts(self, captures, motion, response)
       call check_dampers(self, motion, response)
+      call update_rigid_contacts(self, captures, motion, response)
    end subroutine apply_impacts
 
    !> Decide which rigid contacts with zero gap and velocity stay closed: complementarity of reactions and
-   !> accelerations, or of their rates if both vanish.
+   !> accelerations, or of their rates if both vanish. The forces of dampers must be known (`check_dampers`): they
+   !> depend on velocities alone, and the reactions depend on them.
    subroutine update_rigid_contacts(self, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> Captures at this instant; closed rigid contacts take part as well
