@@ -10,7 +10,7 @@ module constrained_sets
    use free_modes, only: max_rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use point_forces, only: find_point_forces, rigid_motions, slow_frequency, static_rows
+   use point_forces, only: combine_rigid_modes, find_point_forces, slow_frequency, static_rows
    use sorting, only: order_columns
    implicit none (type, external)
    private
@@ -233,7 +233,7 @@ contains
    end subroutine combine_modes
 
    !> Combine the modes without restoring forces so that each motion of them which leaves the carriers undeformed is a
-   !> mode. Only modes with the same damping are combined, because damping would couple other combinations.
+   !> mode.
    pure subroutine separate_rigid_motions(square, mass_rate, set)
       !> Squared frequencies of the modes; each combination takes one of those of its modes, [modes]
       real(wp), intent(in) :: square(:)
@@ -241,40 +241,17 @@ contains
       real(wp), intent(in) :: mass_rate(:)
       type(constrained_set_t), intent(inout) :: set
 
-      ! damping by less than this rate has no effect in a run of the maximum duration
-      real(wp), parameter :: min_rate = 1.0e-18_wp
-      real(wp), allocatable :: change(:, :), motion(:, :)
-      ! squared frequencies, 1 for modes that do not take part in the combinations
-      real(wp) :: restricted(size(square))
-      integer, allocatable :: rigid(:)
-      logical :: is_left(size(square))
+      real(wp), allocatable :: change(:, :)
+      logical :: is_still(size(square))
       integer :: i
 
       if (size(set%carriers) == 0) return
-      is_left = square <= max_rigid_square
-      do while (any(is_left))
-         i = findloc(is_left, .true., dim=1)
-         rigid = pack([(i, i=1, size(square))], is_left .and. abs(mass_rate - mass_rate(i)) <= min_rate)
-         is_left(rigid) = .false.
-         restricted = 1.0_wp
-         restricted(rigid) = square(rigid)
-         motion = rigid_motions(restricted, set%value(:, set%carriers))
-         associate (n => size(motion, 2))
-            ! if each of the motions is a mode already, no mode changes
-            if (n == count(.not. maxval(abs(set%value(rigid, set%carriers)), dim=2) > 0.0_wp)) cycle
-            if (allocated(change)) deallocate (change)
-            allocate (change(size(square), size(square)), source=0.0_wp)
-            do i = 1, size(square)
-               change(i, i) = 1.0_wp
-            end do
-            change(:, rigid(:n)) = motion
-            change(:, rigid(n + 1:)) = rigid_motions(restricted, motion)
-            call combine_modes(change, set)
-            set%reaction(:, :) = matmul(set%reaction, change)
-            ! exact zeros instead of rounding errors: no contact couples these modes
-            set%value(rigid(:n), set%carriers) = 0.0_wp
-         end associate
-      end do
+      call combine_rigid_modes(square, mass_rate, set%value(:, set%carriers), change, is_still)
+      if (.not. any(is_still)) return
+      call combine_modes(change, set)
+      set%reaction(:, :) = matmul(set%reaction, change)
+      ! exact zeros instead of rounding errors: no contact couples these modes
+      set%value(pack([(i, i=1, size(square))], is_still), set%carriers) = 0.0_wp
    end subroutine separate_rigid_motions
 
    !> Signals of the gaps and reactions of a set, with the damping of its oscillators.

@@ -284,19 +284,31 @@ contains
          s(last) = 0.9_wp*problem%pole(near(last))
       end do
       offset = s - problem%pole(near)
-      do j = 1, size(s)
+      call leave_poles(problem, near, offset)
+   end subroutine guess_roots
+
+   !> Move initial values away from the poles, where the equation is singular, and from the real axis, because the
+   !> iteration cannot reach complex conjugate pairs from real values.
+   pure subroutine leave_poles(problem, near, offset)
+      type(coupled_equation_t), intent(in) :: problem
+      !> Index of the nearest pole of each root, [roots]
+      integer, intent(in) :: near(:)
+      !> Offset of each root from that pole, [roots]
+      complex(wp), intent(inout) :: offset(:)
+
+      integer :: j
+
+      do j = 1, size(near)
          if (problem%is_clustered(near(j))) then
             ! poles in the cluster: start at a small fraction of their distance from -1/(2 zeta)
             offset(j) = 0.05_wp*problem%relative(near(j))/problem%two_zeta
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then
-            ! a start at the pole itself would be singular
             offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(near(j)))
          end if
-         ! start off the real axis, because the iteration cannot reach complex conjugate pairs from real values
          if (.not. abs(aimag(problem%pole(near(j)) + offset(j))) > 0.0_wp) then
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if
       end do
-   end subroutine guess_roots
+   end subroutine leave_poles
 
 end module coupled_roots

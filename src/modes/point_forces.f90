@@ -5,7 +5,7 @@ module point_forces
    use small_equations, only: eliminate
    implicit none (type, external)
    private
-   public :: find_point_forces, static_rows, rigid_motions, slow_frequency
+   public :: combine_rigid_modes, find_point_forces, static_rows, slow_frequency
 
    !> A mode is slow if its dynamic stiffness is less than the square of this number (at s = 0: if its frequency is
    !> less, in omega1). Slow modes are unknowns of the equations, because their flexibility would hide that of the other
@@ -88,6 +88,52 @@ contains
       rows(:, :points) = value
       rows(:, points + 1:) = spread(square/rigid_square, 2, size(motion, 2))*motion
    end function static_rows
+
+   !> Combine the modes without restoring forces so that each motion of them which moves no point is a mode. Only modes
+   !> with the same damping are combined, because damping would couple other combinations.
+   pure subroutine combine_rigid_modes(square, mass_rate, value, change, is_still)
+      !> Squared circular frequencies W_i^2, [modes]
+      real(wp), intent(in) :: square(:)
+      !> Coefficients of damping proportional to mass, [modes]
+      real(wp), intent(in) :: mass_rate(:)
+      !> Mode shapes at the points, [modes, points]
+      real(wp), intent(in) :: value(:, :)
+      !> The new modes as combinations of the modes, [modes, new modes]
+      real(wp), allocatable, intent(out) :: change(:, :)
+      !> Whether each new mode is a combination that moves no point, [new modes]; if none is, no mode has changed
+      logical, intent(out) :: is_still(:)
+
+      ! damping by less than this rate has no effect in a run of the maximum duration
+      real(wp), parameter :: min_rate = 1.0e-18_wp
+      real(wp), allocatable :: motion(:, :)
+      ! squared frequencies, 1 for modes that do not take part in the combinations
+      real(wp) :: restricted(size(square))
+      integer, allocatable :: rigid(:)
+      logical :: is_left(size(square))
+      integer :: i
+
+      allocate (change(size(square), size(square)), source=0.0_wp)
+      do i = 1, size(square)
+         change(i, i) = 1.0_wp
+      end do
+      is_still = .false.
+      is_left = square <= max_rigid_square
+      do while (any(is_left))
+         i = findloc(is_left, .true., dim=1)
+         rigid = pack([(i, i=1, size(square))], is_left .and. abs(mass_rate - mass_rate(i)) <= min_rate)
+         is_left(rigid) = .false.
+         restricted = 1.0_wp
+         restricted(rigid) = square(rigid)
+         motion = rigid_motions(restricted, value)
+         associate (n => size(motion, 2))
+            ! if each of the motions is a mode already, no mode changes
+            if (n == count(.not. maxval(abs(value(rigid, :)), dim=2) > 0.0_wp)) cycle
+            change(:, rigid(:n)) = motion
+            change(:, rigid(n + 1:)) = rigid_motions(restricted, motion)
+            is_still(rigid(:n)) = .true.
+         end associate
+      end do
+   end subroutine combine_rigid_modes
 
    !> Motions of modes without restoring forces that move no point, for example the rotation of a beam about a pinned
    !> root together with a body, if the displacement of the point is the gap between both.
