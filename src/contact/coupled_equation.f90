@@ -17,7 +17,7 @@
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use kinds, only: wp
-   use pole_offsets, only: find_mode_poles, secular_t, abs1
+   use pole_offsets, only: find_mode_poles, secular_t, abs1, strengths
    use small_equations, only: eliminate_bordered
    implicit none (type, external)
    private
@@ -36,6 +36,8 @@ module coupled_equation
       integer, allocatable :: branch_pole(:)
       !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
       real(wp), allocatable :: product(:, :)
+      !> Sum of b_ij^2 over the stops, [modes]
+      real(wp), allocatable :: squared_value(:)
    end type coupled_equation_t
 
    !> Value of the equation at one s, and its vectors.
@@ -54,7 +56,7 @@ module coupled_equation
       complex(wp) :: value = 0.0_wp
       !> Derivative of `value`
       complex(wp) :: slope = 0.0_wp
-      !> Derivative of log det T_i
+      !> Derivative of log det T_i, if requested
       complex(wp) :: trace = 0.0_wp
       !> Sum of 1/(s - pole) over the poles of all modes except the separated mode and the dominant modes
       complex(wp) :: pole_sum = 0.0_wp
@@ -77,7 +79,7 @@ module coupled_equation
       complex(wp), allocatable, private :: elimination(:, :)
       !> Real and imaginary part of 1/D_i, and of minus its derivative, zero for the separated mode and the dominant
       !> ones, [modes, 4]
-      real(wp), allocatable, private :: term(:, :)
+      real(wp), allocatable :: term(:, :)
    end type coupled_vectors_t
 
 contains
@@ -96,7 +98,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_equation_t), intent(out) :: problem
 
-      integer :: j, k, pair
+      integer :: j, k
       ! whether a branch or damper may creep slowly, so that 0 is stored as a pole, too
       logical :: creeps
 
@@ -128,12 +130,11 @@ contains
          problem%pole(problem%poles) = 0.0_wp
          problem%relative(problem%poles) = 1.0_wp
       end if
+      allocate (problem%squared_value, source=sum(value**2, dim=2))
       allocate (problem%product(size(square), (size(spring)*(size(spring) + 1))/2))
-      pair = 0
       do k = 1, size(spring)
          do j = 1, k
-            pair = pair + 1
-            problem%product(:, pair) = value(:, j)*value(:, k)
+            problem%product(:, (k*(k - 1))/2 + j) = value(:, j)*value(:, k)
          end do
       end do
       ! poles whose distance from -1/(2 zeta) is less than half of 1/(2 zeta)
@@ -142,18 +143,20 @@ contains
 
    !> Evaluate the equation at one s. The separated mode is that with the nearest pole or, if none is given, that which
    !> moves the stops most: a separated mode that hardly moves the stops would leave a root of the other modes in T_i.
-   pure subroutine vectors_at(problem, s, near, distance, vectors)
+   pure subroutine vectors_at(problem, s, near, needs_trace, distance, vectors)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       !> Index of the nearest pole; 0: unknown
       integer, intent(in) :: near
+      !> Whether the trace is requested
+      logical, intent(in) :: needs_trace
       !> s - pole, [poles]
       complex(wp), contiguous, intent(in) :: distance(:)
       !> Result; its workspace is reused in the next call
       type(coupled_vectors_t), intent(inout) :: vectors
 
-      real(wp) :: strength, max_strength
-      integer :: i, stops
+      real(wp) :: strength(problem%modes)
+      integer :: stops
 
       stops = size(problem%spring)
       if (.not. allocated(vectors%right)) allocate (vectors%right(stops), vectors%left(stops), vectors%n(stops), &
@@ -165,17 +168,13 @@ contains
       if (near > 0 .and. near <= 2*problem%modes) then
          vectors%mode = (near + 1)/2
       else
-         max_strength = 0.0_wp
-         do i = 1, problem%modes
-            strength = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
-            if (strength > max_strength) vectors%mode = i
-            max_strength = max(max_strength, strength)
-         end do
+         strength = strengths(problem%squared_value, distance)
+         if (any(strength > 0.0_wp)) vectors%mode = maxloc(strength, dim=1)
       end if
       call stop_fractions(problem, s, distance, vectors%n, vectors%m, vectors%n_slope, vectors%m_slope)
       call add_modes(problem, distance, vectors)
       call add_dominant(problem, distance, vectors)
-      call separate_mode(problem, s, distance, vectors)
+      call separate_mode(problem, s, needs_trace, distance, vectors)
    end subroutine vectors_at
 
    !> Evaluate the equation at a root. The separated mode must take part in the motion of this root: a symmetric mode
@@ -194,29 +193,27 @@ contains
       ! maximum of the summands over |s|**2; if T_i is singular, immense summands cancel and look like a root
       real(wp), parameter :: max_summands = 1.0e6_wp
       real(wp) :: strength(problem%modes), min_residual
-      integer :: best, i, trial
+      integer :: best, trial
 
-      call vectors_at(problem, s, 0, distance, vectors)
+      call vectors_at(problem, s, 0, .false., distance, vectors)
       best = vectors%mode
       if (best == 0 .or. size(problem%spring) == 1) return
       min_residual = residual(abs1(s)**2)
       if (min_residual <= small) return
-      do i = 1, problem%modes
-         strength(i) = sum(problem%value(i, :)**2)/max(abs1(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
-      end do
+      strength = strengths(problem%squared_value, distance)
       ! at roots close to the pole of a branch, all modes of one symmetry can precede those of the other
       do trial = 2, problem%modes
          strength(vectors%mode) = 0.0_wp
          if (.not. any(strength > 0.0_wp)) exit
          ! the nearest pole given is one of the two of the mode to be separated
-         call vectors_at(problem, s, 2*maxloc(strength, dim=1), distance, vectors)
+         call vectors_at(problem, s, 2*maxloc(strength, dim=1), .false., distance, vectors)
          associate (new => residual(0.0_wp))
             if (new <= small) return
             if (new < min_residual) best = vectors%mode
             min_residual = min(min_residual, new)
          end associate
       end do
-      call vectors_at(problem, s, 2*best, distance, vectors)
+      call vectors_at(problem, s, 2*best, .false., distance, vectors)
 
    contains
 
@@ -383,35 +380,38 @@ contains
       h_slope = cmplx(c, d, wp)
    end subroutine sum_terms
 
-   !> Solve with T_i for the vectors, the value and the slope of the separated mode; only for the trace if no mode is
-   !> separated.
-   pure subroutine separate_mode(problem, s, distance, vectors)
+   !> Solve with T_i for vectors, value and slope of the separated mode, if there is one, and for the requested trace.
+   pure subroutine separate_mode(problem, s, needs_trace, distance, vectors)
       type(coupled_equation_t), intent(in) :: problem
       complex(wp), intent(in) :: s
+      logical, intent(in) :: needs_trace
       complex(wp), contiguous, intent(in) :: distance(:)
       !> Contains T_i and its derivative
       type(coupled_vectors_t), intent(inout) :: vectors
 
+      ! number of right-hand sides for the trace
+      integer :: columns
       integer :: j, n, stops
       logical :: needs_transpose
 
       stops = size(problem%spring)
       n = stops + size(vectors%dominant)
+      columns = merge(n, 0, needs_trace)
       associate (m => vectors%m, right => vectors%right, left => vectors%left, m_slope => vectors%m_slope, &
          solution => vectors%solution)
          vectors%elimination(:n, :n) = vectors%matrix(:n, :n)
-         solution(:n, :n) = vectors%slopes(:n, :n)
-         solution(:n, n + 1) = 0.0_wp
-         if (vectors%mode > 0) solution(:stops, n + 1) = m*problem%value(vectors%mode, :)
-         call eliminate_bordered(vectors%elimination(:n, :n), solution(:n, :n + 1), stops)
-         vectors%trace = 0.0_wp
-         do j = 1, n
+         solution(:n, :columns) = vectors%slopes(:n, :columns)
+         solution(:n, columns + 1) = 0.0_wp
+         if (vectors%mode > 0) solution(:stops, columns + 1) = m*problem%value(vectors%mode, :)
+         call eliminate_bordered(vectors%elimination(:n, :n), solution(:n, :columns + 1), stops)
+         vectors%trace = (0.0_wp, 0.0_wp)
+         do j = 1, columns
             vectors%trace = vectors%trace + solution(j, j)
          end do
          if (vectors%mode == 0) return
-         right(:) = solution(:stops, n + 1)
-         vectors%coordinate = solution(stops + 1:n, n + 1)
-         vectors%slope_times_right(:n) = matmul(vectors%slopes(:n, :n), solution(:n, n + 1))
+         right(:) = solution(:stops, columns + 1)
+         vectors%coordinate = solution(stops + 1:n, columns + 1)
+         vectors%slope_times_right(:n) = matmul(vectors%slopes(:n, :n), solution(:n, columns + 1))
          ! the solution with the transpose has the coordinates with the opposite signs
          vectors%slope_times_right(stops + 1:n) = -vectors%coordinate*vectors%slope_times_right(stops + 1:n)
          needs_transpose = .false.

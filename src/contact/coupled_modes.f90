@@ -341,9 +341,9 @@ contains
       type(coupled_vectors_t), intent(in) :: vectors
       type(coupled_modes_t), intent(inout) :: modes
 
-      complex(wp) :: scaled_slope
+      complex(wp) :: scaled_slope, shape(size(active))
       real(wp) :: size_right, size_left
-      integer :: i
+      integer :: j
 
       modes%count = modes%count + 1
       associate (place => modes%count)
@@ -354,16 +354,15 @@ contains
          size_left = max(1.0_wp, maxval(abs1(vectors%left)))
          scaled_slope = vectors%slope/(size_right*size_left)
          modes%force(:, place) = -vectors%right/size_right
-         do i = 1, size(active)
-            if (i == vectors%mode) then
-               modes%shape(active(i), place) = 1.0_wp/size_right
-            else
-               modes%shape(active(i), place) = sum(problem%value(i, :)*modes%force(:, place)) &
-                  /(distance(2*i - 1)*distance(2*i))
-            end if
+         shape(:) = (0.0_wp, 0.0_wp)
+         do j = 1, size(problem%spring)
+            shape(:) = shape + problem%value(:, j)*modes%force(j, place)
          end do
+         shape(:) = shape*cmplx(vectors%term(:, 1), vectors%term(:, 2), wp)
+         if (vectors%mode > 0) shape(vectors%mode) = 1.0_wp/size_right
          ! forces on a body between two stops almost cancel in slow motion
-         modes%shape(active(vectors%dominant), place) = -vectors%coordinate/size_right
+         shape(vectors%dominant) = -vectors%coordinate/size_right
+         modes%shape(active, place) = shape
          call find_stop_values(problem, s, distance, place, .true., active, modes)
          ! with T = N + M H (`coupled_equation`) and T' its derivative with respect to s, the vectors with T y = 0 and l
          ! T = 0 at the root are y = P = -`right` and l = `left`; l M = -y, and the slope of the equation is l T' y.

@@ -1,5 +1,6 @@
 !> Exponents of the motion of a beam with several closed compliant contacts: the roots of the equation in
-!> `coupled_equation`, all found simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
+!> `coupled_equation`, found simultaneously by the Ehrlich-Aberth iteration, and by Newton's method where a root is
+!> much nearer to a pole than to all others (docs/theory.md, section 17).
 module coupled_roots
    use compliant_stop, only: is_rigid_stop
    use constrained_modes, only: constrain
@@ -13,6 +14,8 @@ module coupled_roots
 
    !> Iterates of the roots.
    type :: search_t
+      !> Whether each step of every root accounts for all other roots
+      logical :: is_simultaneous = .true.
       !> Index of the nearest pole of each root, [roots]
       integer, allocatable :: near(:)
       !> Offset of each root from that pole, [roots]
@@ -32,28 +35,65 @@ module coupled_roots
    !> Relative accuracy that is required of nearly coalescing roots.
    real(wp), parameter :: coalescing = 1.0e-7_wp
 
+   !> A root is isolated if its distance from the nearest pole is less than this fraction of that from all others.
+   real(wp), parameter :: isolation = 0.05_wp
+
 contains
 
-   !> Find all roots, each as the nearest pole and the offset from it. Of each pair that starts as complex conjugates
-   !> only one root is iterated, as long as it stays away from the real axis. A root without a conjugate partner may
-   !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately, first
-   !> from the same initial values, then from others.
-   subroutine find_coupled_roots(problem, near, offset, converged)
+   !> Find all roots, each as the nearest pole and the offset from it. Isolated roots, each of which is much nearer to
+   !> one pole than to all others, are found by Newton's method, all others simultaneously. If two roots found so are
+   !> equal, all roots are found simultaneously. Of each pair that starts as complex conjugates only one root is
+   !> iterated, as long as it stays away from the real axis. A root without a conjugate partner may then converge to
+   !> the same value as the other root of a pair; in that case all roots are iterated separately, first from the same
+   !> initial values, then from others.
+   subroutine find_coupled_roots(problem, near, offset, converged, evaluations)
       type(coupled_equation_t), intent(in) :: problem
       !> Index of the nearest pole of each root, [roots]
       integer, intent(out) :: near(:)
       !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
+      !> Number of evaluations of the equation
+      integer, intent(out), optional :: evaluations
 
-      call iterate(problem, .true., .false., near, offset, converged)
-      if (.not. converged) call iterate(problem, .false., .false., near, offset, converged)
-      if (.not. converged) call iterate(problem, .false., .true., near, offset, converged)
+      integer :: count
+
+      count = 0
+      call iterate(problem, .false., .true., .false., near, offset, converged, count)
+      if (converged) converged = are_different(problem, near, offset)
+      if (.not. converged) call iterate(problem, .true., .true., .false., near, offset, converged, count)
+      if (.not. converged) call iterate(problem, .true., .false., .false., near, offset, converged, count)
+      if (.not. converged) call iterate(problem, .true., .false., .true., near, offset, converged, count)
+      if (present(evaluations)) evaluations = count
    end subroutine find_coupled_roots
 
-   !> The simultaneous iteration of all roots.
-   subroutine iterate(problem, in_pairs, combines_damping, near, offset, converged)
+   !> Whether all roots differ from each other by much more than the error of the iteration.
+   pure function are_different(problem, near, offset) result(answer)
       type(coupled_equation_t), intent(in) :: problem
+      !> Index of the nearest pole of each root, [roots]
+      integer, intent(in) :: near(:)
+      !> Offset of each root from that pole, [roots]
+      complex(wp), intent(in) :: offset(:)
+      logical :: answer
+
+      complex(wp) :: distance(size(near))
+      integer :: m
+
+      answer = .true.
+      do m = 1, size(near)
+         ! equal roots have the same nearest pole
+         if (count(near == near(m)) == 1) cycle
+         call root_distances(problem%secular_t, near, offset, m, distance)
+         distance(m) = huge(1.0_wp)
+         answer = answer .and. all(abs1(distance) > coalescing*abs1(offset) .or. near /= near(m))
+      end do
+   end function are_different
+
+   !> The iteration of all roots.
+   subroutine iterate(problem, is_simultaneous, in_pairs, combines_damping, near, offset, converged, evaluations)
+      type(coupled_equation_t), intent(in) :: problem
+      !> Whether to find isolated roots simultaneously with all others, too
+      logical, intent(in) :: is_simultaneous
       !> Whether to iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
       !> Whether springs combine whole damping rates of modes: their two parts cancel for a light undamped body
@@ -63,6 +103,8 @@ contains
       !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
       logical, intent(out) :: converged
+      !> Number of evaluations of the equation, to which those of this iteration are added
+      integer, intent(inout) :: evaluations
 
       integer, parameter :: iteration_cap = 500
       type(search_t) :: search
@@ -75,7 +117,8 @@ contains
 
       allocate (search%near(size(near)), search%offset(size(near)), search%root_distance(size(near)), &
          search%distance(problem%poles))
-      call guess_roots(problem, combines_damping, search%near, search%offset)
+      search%is_simultaneous = is_simultaneous
+      call guess_roots(problem, is_simultaneous, combines_damping, search%near, search%offset)
       allocate (search%done(size(near)), source=.false.)
       allocate (search%last_step(size(near)), source=huge(1.0_wp))
       has_conjugate = .false.
@@ -89,6 +132,7 @@ contains
       do iteration = 1, iteration_cap
          do m = 1, size(near)
             if (search%done(m) .or. is_conjugate(m)) cycle
+            evaluations = evaluations + 1
             call step_root(problem, m, iteration, search)
             if (.not. has_conjugate(m)) cycle
             has_conjugate(m) = stays_apart(problem%pole(search%near(m)) + search%offset(m))
@@ -138,26 +182,36 @@ contains
       ! number of iterations after which the tolerance becomes `coalescing`
       integer, parameter :: normal_iterations = 200
       complex(wp) :: log_derivative, step, s
-      real(wp) :: tolerance, length, magnitude
+      real(wp) :: tolerance, length, magnitude, size_of_distance(size(search%distance))
       integer :: j
+      logical :: is_alone
 
       associate (near => search%near, offset => search%offset, vectors => search%vectors, done => search%done(m), &
          last_step => search%last_step(m))
          call distances(problem%secular_t, near(m), offset(m), search%distance)
-         j = minloc(abs(real(search%distance, wp)) + abs(aimag(search%distance)), dim=1)
+         size_of_distance = abs1(search%distance)
+         j = minloc(size_of_distance, dim=1)
          if (j /= near(m)) then
             near(m) = j
             offset(m) = search%distance(j)
          end if
          s = problem%pole(near(m)) + offset(m)
-         call vectors_at(problem, s, near(m), search%distance, vectors)
+         size_of_distance(j) = huge(1.0_wp)
+         is_alone = .not. search%is_simultaneous .and. j <= 2*problem%modes .and. &
+            abs1(offset(m)) < isolation*minval(size_of_distance)
+         call vectors_at(problem, s, near(m), .not. is_alone, search%distance, vectors)
          done = vectors%mode > 0 .and. abs1(vectors%value) <= tiny(1.0_wp)
          if (done) return
-         ! derivative of the logarithm of det (N + M H) prod D_i
-         log_derivative = vectors%trace + vectors%pole_sum
-         if (vectors%mode > 0) log_derivative = log_derivative + vectors%slope/vectors%value
-         call root_distances(problem%secular_t, near, offset, m, search%root_distance)
-         step = -1.0_wp/(log_derivative - sum_of_inverses(search%root_distance))
+         log_derivative = (0.0_wp, 0.0_wp)
+         if (vectors%mode > 0) log_derivative = vectors%slope/vectors%value
+         if (is_alone) then
+            step = -1.0_wp/log_derivative
+         else
+            ! derivative of the logarithm of det (N + M H) prod D_i
+            log_derivative = log_derivative + vectors%trace + vectors%pole_sum
+            call root_distances(problem%secular_t, near, offset, m, search%root_distance)
+            step = -1.0_wp/(log_derivative - sum_of_inverses(search%root_distance))
+         end if
          ! leave a point at which the step is infinite or not a number
          if (.not. abs1(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
@@ -214,8 +268,10 @@ contains
 
    !> Initial values of the roots: the frequencies of the modes with all springs attached, each with an estimate of its
    !> damping ratio, and for each branch a value near its relaxation rate.
-   subroutine guess_roots(problem, combines_damping, near, offset)
+   subroutine guess_roots(problem, is_simultaneous, combines_damping, near, offset)
       type(coupled_equation_t), intent(in) :: problem
+      !> Whether isolated roots are found simultaneously with all others, too
+      logical, intent(in) :: is_simultaneous
       !> Whether springs combine whole damping rates of modes: their two parts cancel for a light undamped body
       logical, intent(in) :: combines_damping
       !> Index of the nearest pole of each root, [roots]
@@ -223,6 +279,8 @@ contains
       !> Offset of each root from that pole, [roots]
       complex(wp), intent(out) :: offset(:)
 
+      ! the frequencies need not be more accurate than the neglect of damping allows
+      real(wp), parameter :: start_tolerance = 1.0e-4_wp
       complex(wp) :: s(size(near))
       real(wp), allocatable :: square(:), value(:, :), rate(:), new_square(:), change(:, :), reaction(:)
       ! -Re s (`damping`) and Im s (`root`) of a complex root
@@ -243,10 +301,9 @@ contains
          if (fastest > problem%spring(k)%relaxation_rate) stiffness = stiffness + problem%spring(k)%branch_stiffness
          flexibility = 0.0_wp
          if (.not. is_rigid_stop(problem%spring(k))) flexibility = 1.0_wp/stiffness
-         call constrain(square, value(:, k), flexibility, new_square, change, reaction)
+         call constrain(square, value(:, k), flexibility, new_square, change, reaction, start_tolerance)
          square = new_square
-         value = matmul(transpose(change), value)
-         rate = matmul(rate, change**2)
+         call combine(change, value, rate)
       end do
       do j = 1, size(square)
          damping = rate(j)
@@ -284,31 +341,79 @@ contains
          s(last) = 0.9_wp*problem%pole(near(last))
       end do
       offset = s - problem%pole(near)
-      call leave_poles(problem, near, offset)
+      call adjust_offsets(problem, is_simultaneous, near, offset)
    end subroutine guess_roots
 
-   !> Move initial values away from the poles, where the equation is singular, and from the real axis, because the
-   !> iteration cannot reach complex conjugate pairs from real values.
-   pure subroutine leave_poles(problem, near, offset)
+   !> Move initial values off the poles and, unless they belong to isolated roots, off the real axis.
+   subroutine adjust_offsets(problem, is_simultaneous, near, offset)
       type(coupled_equation_t), intent(in) :: problem
+      !> Whether isolated roots are found simultaneously with all others, too
+      logical, intent(in) :: is_simultaneous
       !> Index of the nearest pole of each root, [roots]
       integer, intent(in) :: near(:)
       !> Offset of each root from that pole, [roots]
       complex(wp), intent(inout) :: offset(:)
 
+      ! minimum offset of a start from its pole, over the magnitude of the pole
+      real(wp), parameter :: min_offset = 1.0e-9_wp
+      complex(wp) :: distance(problem%poles)
       integer :: j
 
       do j = 1, size(near)
          if (problem%is_clustered(near(j))) then
-            ! poles in the cluster: start at a small fraction of their distance from -1/(2 zeta)
-            offset(j) = 0.05_wp*problem%relative(near(j))/problem%two_zeta
-         else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then
-            offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(near(j)))
+            ! poles in the cluster: start at a small fraction of their distance from -1/(2 zeta), unless the offset is
+            ! smaller, but no rounding error
+            associate (fraction => 0.05_wp*problem%relative(near(j))/problem%two_zeta)
+               if (abs(offset(j)) > abs(fraction) .or. abs(offset(j)) < min_offset*abs(problem%pole(near(j)))) then
+                  offset(j) = fraction
+               end if
+            end associate
+         else if (abs(offset(j)) < min_offset*abs(problem%pole(near(j)))) then
+            ! a start at the pole itself would be singular
+            offset(j) = offset(j) + min_offset*abs(problem%pole(near(j)))
          end if
          if (.not. abs(aimag(problem%pole(near(j)) + offset(j))) > 0.0_wp) then
+            if (.not. is_simultaneous) then
+               ! an isolated root of a real pole is real
+               call distances(problem%secular_t, near(j), offset(j), distance)
+               distance(near(j)) = huge(1.0_wp)
+               if (near(j) <= 2*problem%modes .and. abs1(offset(j)) < isolation*minval(abs1(distance))) cycle
+            end if
+            ! start off the real axis, because the iteration cannot reach complex conjugate pairs from real values
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if
       end do
-   end subroutine leave_poles
+   end subroutine adjust_offsets
+
+   !> Values and damping rates of combinations of the modes.
+   pure subroutine combine(change, value, rate)
+      !> The combinations, [modes, combinations]
+      real(wp), contiguous, intent(in) :: change(:, :)
+      real(wp), allocatable, intent(inout) :: value(:, :)
+      real(wp), allocatable, intent(inout) :: rate(:)
+
+      real(wp) :: new_value(size(change, 2), size(value, 2)), new_rate(size(change, 2))
+      real(wp) :: total
+      integer :: i, j, k
+
+      do j = 1, size(change, 2)
+         do k = 1, size(value, 2)
+            total = 0.0_wp
+            !$omp simd reduction(+:total)
+            do i = 1, size(change, 1)
+               total = total + change(i, j)*value(i, k)
+            end do
+            new_value(j, k) = total
+         end do
+         total = 0.0_wp
+         !$omp simd reduction(+:total)
+         do i = 1, size(change, 1)
+            total = total + change(i, j)**2*rate(i)
+         end do
+         new_rate(j) = total
+      end do
+      value = new_value
+      rate = new_rate
+   end subroutine combine
 
 end module coupled_roots

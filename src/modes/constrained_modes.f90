@@ -43,7 +43,7 @@ contains
    end subroutine attach_supports
 
    !> Modes with the point fixed or on a spring. A mode with a node at the point (b_i vanishes) does not change.
-   pure subroutine constrain(square, value, flexibility, new_square, mode, reaction)
+   pure subroutine constrain(square, value, flexibility, new_square, mode, reaction, tolerance)
       !> W_i^2, in any order, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes]
@@ -56,6 +56,9 @@ contains
       real(wp), allocatable, intent(out) :: mode(:, :)
       !> Reaction r per unit of each new mode, [new]
       real(wp), allocatable, intent(out) :: reaction(:)
+      !> Relative length of the last step towards a root, whose error is of the order of the square of this length;
+      !> absent: the error is rounding
+      real(wp), intent(in), optional :: tolerance
 
       integer, allocatable :: active(:), order(:)
       real(wp), parameter :: rounding = 1.0e-14_wp
@@ -67,9 +70,11 @@ contains
       real(wp), allocatable :: roots(:)
       ! |b_i| over the frequency, [modes]
       real(wp), allocatable :: scaled(:)
-      real(wp) :: norm
+      real(wp) :: last_step, norm
       integer :: i, j, a, n, unchanged, modes
 
+      last_step = 1.0e-10_wp
+      if (present(tolerance)) last_step = tolerance
       n = size(square)
       modes = n
       if (flexibility <= 0.0_wp) modes = n - 1
@@ -93,7 +98,8 @@ contains
       unchanged = j
       allocate (distance(size(active), modes - unchanged), consistent(size(active)))
       do a = 1, modes - unchanged
-         call root_between(square(active), value(active)**2, flexibility, a, roots(unchanged + a), distance(:, a))
+         call root_between(square(active), value(active)**2, flexibility, a, last_step, roots(unchanged + a), &
+            distance(:, a))
       end do
       call consistent_weights(square(active), sum(value(active)**2), flexibility, distance, consistent)
       consistent = sign(sqrt(consistent), value(active))
@@ -138,7 +144,7 @@ contains
    end subroutine consistent_weights
 
    !> The root of constant + sum weight_k/(pole_k - x) between two neighbouring poles, or above the last.
-   pure subroutine root_between(pole, weight, constant, left, root, distance)
+   pure subroutine root_between(pole, weight, constant, left, last_step, root, distance)
       !> Poles, ascending and distinct
       real(wp), intent(in) :: pole(:)
       !> Weights, > 0
@@ -147,6 +153,8 @@ contains
       real(wp), intent(in) :: constant
       !> The root lies between poles `left` and `left` + 1
       integer, intent(in) :: left
+      !> Relative length of the last step
+      real(wp), intent(in) :: last_step
       real(wp), intent(out) :: root
       !> pole_k - root, to full relative precision, [size(pole)]
       real(wp), intent(out) :: distance(:)
@@ -160,25 +168,29 @@ contains
       if (left == size(pole)) then
          ! The root above all poles is at most this far beyond the last one
          high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
+         next = 0.5_wp*high
       else
          high = 0.5_wp*(pole(left + 1) - pole(left))
          ! the function increases from -infinity to +infinity; its sign in the middle shows which pole is nearer
-         call evaluate(pole - pole(left), high, value, slope, slope_below)
+         call evaluate(pole - pole(left), weight, constant, left, high, value, slope, slope_below)
+         next = high + step_between(-high, high, value, slope, slope_below)
          if (value <= 0.0_wp) then
             origin = left + 1
             low = -high
             high = 0.0_wp
+            next = next + 2.0_wp*low
          end if
       end if
       shifted = pole - pole(origin)
-      bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
-         step_tolerance=epsilon(1.0_wp), value_tolerance=-1.0_wp)
+      if (.not. (next > low .and. next < high)) next = 0.5_wp*(low + high)
+      bracket = bracket_t(low=low, high=high, point=next, grows=.true., step_tolerance=epsilon(1.0_wp), &
+         value_tolerance=-1.0_wp)
       do while (.not. bracket%is_found)
-         call evaluate(shifted, bracket%point, value, slope, slope_below)
+         call evaluate(shifted, weight, constant, left, bracket%point, value, slope, slope_below)
          call enter_value(bracket, value)
          next = bracket%point + step_between(shifted(left) - bracket%point, shifted(min(left + 1, size(pole))) &
             - bracket%point, value, slope, slope_below)
-         if (abs(next - bracket%point) <= 1.0e-10_wp*abs(bracket%point)) exit
+         if (abs(next - bracket%point) <= last_step*abs(bracket%point)) exit
          low = bracket%low
          high = bracket%high
          if (.not. (next > low .and. next < high)) then
@@ -191,33 +203,35 @@ contains
       end do
       root = pole(origin) + next
       distance = shifted - next
-   contains
-
-      !> The function, its slope, and the part of the slope from the poles up to `left`.
-      pure subroutine evaluate(shifted, x, value, slope, slope_below)
-         !> Poles, relative to the origin of x
-         real(wp), contiguous, intent(in) :: shifted(:)
-         real(wp), intent(in) :: x
-         real(wp), intent(out) :: value
-         real(wp), intent(out) :: slope
-         real(wp), intent(out) :: slope_below
-
-         real(wp) :: inverse, term
-         integer :: k
-
-         value = constant
-         slope = 0.0_wp
-         slope_below = 0.0_wp
-         !$omp simd private(inverse, term) reduction(+:value, slope, slope_below)
-         do k = 1, size(shifted)
-            inverse = 1.0_wp/(shifted(k) - x)
-            term = weight(k)*inverse
-            value = value + term
-            slope = slope + term*inverse
-            slope_below = slope_below + merge(term*inverse, 0.0_wp, k <= left)
-         end do
-      end subroutine evaluate
    end subroutine root_between
+
+   !> The function of `root_between`, its slope, and the part of the slope from the poles up to `left`.
+   pure subroutine evaluate(shifted, weight, constant, left, x, value, slope, slope_below)
+      !> Poles, relative to the origin of x
+      real(wp), contiguous, intent(in) :: shifted(:)
+      real(wp), contiguous, intent(in) :: weight(:)
+      real(wp), intent(in) :: constant
+      integer, intent(in) :: left
+      real(wp), intent(in) :: x
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
+      real(wp), intent(out) :: slope_below
+
+      real(wp) :: inverse, term
+      integer :: k
+
+      value = constant
+      slope = 0.0_wp
+      slope_below = 0.0_wp
+      !$omp simd private(inverse, term) reduction(+:value, slope, slope_below)
+      do k = 1, size(shifted)
+         inverse = 1.0_wp/(shifted(k) - x)
+         term = weight(k)*inverse
+         value = value + term
+         slope = slope + term*inverse
+         slope_below = slope_below + merge(term*inverse, 0.0_wp, k <= left)
+      end do
+   end subroutine evaluate
 
    !> Step towards the root between two poles, or above the last pole. A constant and the nearest pole below represent
    !> the sum of all poles below, with its value and slope; another constant and the nearest pole above represent that

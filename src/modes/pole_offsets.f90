@@ -6,7 +6,7 @@ module pole_offsets
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, abs1
+   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, strengths, abs1
 
    !> Poles of a secular equation.
    type :: secular_t
@@ -192,6 +192,23 @@ contains
       end do
       total = cmplx(total_real, total_imaginary, wp)
    end function sum_of_inverses
+
+   !> How much each mode moves the stops: b_i.b_i/|D_i|.
+   pure function strengths(squared_value, distance) result(strength)
+      !> b_i.b_i, [modes]
+      real(wp), intent(in) :: squared_value(:)
+      !> s - pole, of two poles for each mode, [poles]
+      complex(wp), contiguous, intent(in) :: distance(:)
+      real(wp) :: strength(size(squared_value))
+
+      complex(wp) :: product
+      integer :: i
+
+      do i = 1, size(strength)
+         product = distance(2*i - 1)*distance(2*i)
+         strength(i) = squared_value(i)/max(abs(real(product, wp)) + abs(aimag(product)), sqrt(tiny(1.0_wp)))
+      end do
+   end function strengths
 
    !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
    elemental real(wp) function abs1(z) result(value)
