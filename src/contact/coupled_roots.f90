@@ -189,7 +189,7 @@ contains
       associate (near => search%near, offset => search%offset, vectors => search%vectors, done => search%done(m), &
          last_step => search%last_step(m))
          call distances(problem%secular_t, near(m), offset(m), search%distance)
-         size_of_distance = abs1(search%distance)
+         size_of_distance = abs(real(search%distance, wp)) + abs(aimag(search%distance))
          j = minloc(size_of_distance, dim=1)
          if (j /= near(m)) then
             near(m) = j
@@ -341,11 +341,11 @@ contains
          s(last) = 0.9_wp*problem%pole(near(last))
       end do
       offset = s - problem%pole(near)
-      call adjust_offsets(problem, is_simultaneous, near, offset)
+      call leave_poles(problem, is_simultaneous, near, offset)
    end subroutine guess_roots
 
    !> Move initial values off the poles and, unless they belong to isolated roots, off the real axis.
-   subroutine adjust_offsets(problem, is_simultaneous, near, offset)
+   subroutine leave_poles(problem, is_simultaneous, near, offset)
       type(coupled_equation_t), intent(in) :: problem
       !> Whether isolated roots are found simultaneously with all others, too
       logical, intent(in) :: is_simultaneous
@@ -383,7 +383,7 @@ contains
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if
       end do
-   end subroutine adjust_offsets
+   end subroutine leave_poles
 
    !> Values and damping rates of combinations of the modes.
    pure subroutine combine(change, value, rate)

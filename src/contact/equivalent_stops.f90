@@ -99,7 +99,7 @@ contains
       end do
    end subroutine reduce_rows
 
-   !> Find the equivalent stops of each group of stops with one relaxation rate.
+   !> Find the equivalent stops of each group of stops with one relaxation rate; none are needed without branches.
    subroutine find_equivalent_stops(value, spring, equivalent)
       !> Modal values at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
@@ -111,6 +111,7 @@ contains
       logical :: is_done(size(spring))
       integer :: j
 
+      if (.not. any(spring%branch_stiffness > 0.0_wp)) return
       allocate (equivalent%spring(0), equivalent%value(size(value, 1), 0), equivalent%combination(0, size(spring)), &
          equivalent%is_own_equivalent(size(spring)))
       allocate (equivalent%independent(size(spring), 0), equivalent%memory_weight(size(spring), 0), equivalent%rate(0))

@@ -108,10 +108,13 @@ contains
          reaction(unchanged + a) = norm
          mode(active, unchanged + a) = norm*consistent/distance(:, a)
       end do
-      order = ascending_order(roots)
+      call move_alloc(roots, new_square)
+      ! the changed modes are in order
+      if (unchanged == 0) return
+      order = ascending_order(new_square)
       call order_columns(mode, order)
       reaction = reaction(order)
-      new_square = roots(order)
+      new_square = new_square(order)
    end subroutine constrain
 
    !> Weights for which the computed roots are exact. They differ from the given weights by rounding only, but the modes
