@@ -8,7 +8,7 @@ module phase_transitions
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
    use contact_reactions, only: find_reactions, opening_orders, resolve_touched_contacts
-   use contact_values, only: event_of, gap_of, gap_rounding, gap_to_undeformed, reaction_demand, &
+   use contact_values, only: event_of, force_of, gap_of, gap_rounding, gap_to_undeformed, reaction_demand, &
       velocity_rounding, velocity_of
    use impact_problem, only: max_rounds
    use kinds, only: wp
@@ -189,6 +189,9 @@ contains
             ! here `is_deformed` means that the contact has a force in the initial static equilibrium, in which bodies
             ! may start with velocities
             if (.not. self%states(k)%is_rigid) then
+               ! the velocity of a body makes the force of a damper negative: the contact begins open, with its
+               ! indentation, as after a separation
+               if (self%states(k)%moves_with_beam .and. force_of(self, k, motion) < 0.0_wp) cycle
                call close_contact(self, k, 0, motion, response)
                cycle
             end if
