@@ -3,7 +3,7 @@ module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
    use analyses, only: analyse, requests_analysis, of_beam
    use blas_threads, only: blas_buffer
-   use failures, only: fail, failure_t
+   use failures, only: fail, failure_t, status_run_failed
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
    use mesh_choice, only: case_beam_t, choose_mesh
@@ -45,7 +45,8 @@ contains
       !> A scene with &sweep
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set if there are no results; the completed chunks remain on disk
+      !> Set if there are no results, and the completed chunks remain on disk; also if all cases failed, which have
+      !> results
       type(failure_t), allocatable, intent(out) :: error
 
       type(plan_t) :: plan
@@ -80,7 +81,10 @@ contains
          call estimate_cases(sample, numbers, errors)
       end if
       call write_sweep(job%folder, scene, plan, survey, refined, error, errors)
-      if (allocated(error) .or. job%quiet) return
+      if (allocated(error)) return
+      if (survey%failure_count == plan%cases) call fail(error, status_run_failed, 'all '//to_text(plan%cases) &
+         //' cases failed, case 1: '//trim(survey%reasons(1)))
+      if (job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
          workers_in_words(run%workers, ranks_in_words()))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
