@@ -6,6 +6,7 @@ module time_table
    use number_text, only: to_text
    use printable_text, only: excerpt
    use text_file, only: load_text
+   use value_rules, only: range_text, signed_range
    implicit none (type, external)
    private
    public :: read_time_table
@@ -96,7 +97,8 @@ contains
          call read_real(row(first:last), number, is_legal, reason)
          ! k is 1 or 2 here; `min` makes that evident to the compiler
          numbers(min(k, 2)) = number
-         if (is_legal) cycle
+         if (is_legal .and. abs(number) <= signed_range%maximum) cycle
+         if (is_legal) reason = 'must be '//range_text(signed_range)
          if (.not. allocated(reason)) reason = 'must be a number'
          reason = excerpt(row(first:last))//' '//reason
          return

@@ -58,6 +58,11 @@ contains
       end if
       call check_ties(input, scene)
       if (scene%wants_best) then
+         associate (swept => scene%sweep%swept)
+            if (scene%best%refine .and. any(is_swept(swept) .and. swept%parameter%group == 'response' .and. &
+               index(swept%parameter%name_in_group, 'duration') == 1)) call input%complain('best', 'refine', &
+               'does not go with a duration in &sweep: it would find the run that ends soonest')
+         end associate
          if (scene%best%measure == measure_force .and. has_rigid_stops(scene)) scene%best%measure = measure_mean_force
          associate (group => measure_table(scene%best%measure)%group)
             if (.not. scene%has_group(group)) call input%complain('best', 'measure', demand_of(group))

@@ -15,10 +15,13 @@ module unit_ratios
    private
    public :: entries_in_units, needs_displacement, set_ratio, check_units
 
-   !> Message for results in units without a unit of displacement.
-   character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
+   !> Message for results in units without a unit of displacement, in scenes with and without a stop.
+   character(*), parameter :: unknown_displacement(2) = [character(200) :: &
+      'needs displacements in units: give initial_height, and the ' &
       //'height of the surface, at the &stop from which the beam is released (clearance at a stop on both sides); or ' &
-      //"&output units = 'dimensionless'"
+      //"&output units = 'dimensionless'", &
+      'needs displacements in units: give displacement_scale of &scene, or loads and start in units instead of ' &
+      //"ratios; or &output units = 'dimensionless'"]
 
 contains
 
@@ -130,9 +133,9 @@ contains
       end if
       if (scene%wants_response .and. scene%scales%displacement <= 0.0_wp) then
          if (input%has('output', 'units')) then
-            call input%complain('output', 'units', unknown_displacement)
+            call input%complain('output', 'units', trim(unknown_displacement(merge(1, 2, scene%has_stop))))
          else
-            call input%complain('scene', 'units', unknown_displacement)
+            call input%complain('scene', 'units', trim(unknown_displacement(merge(1, 2, scene%has_stop))))
          end if
       end if
    end subroutine check_units
