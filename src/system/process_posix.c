@@ -9,6 +9,7 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -93,12 +94,16 @@ void impactbeam_retain_memory(void)
    mallopt(M_MMAP_THRESHOLD, 4 << 20);
    mallopt(M_TRIM_THRESHOLD, 16 << 20);
 #ifdef MADV_HUGEPAGE
-   enum { huge_part = 14 << 20 };
+   enum { huge_page = 2 << 20, huge_part = 14 << 20, first_part = 1 << 20 };
    mallopt(M_TOP_PAD, huge_part);
    char *const heap = sbrk(0);
-   /* more than the heap has at the start of a process, so that the heap grows; `volatile`: the call is not left out */
-   void *volatile const block = malloc(1 << 20);
-   free(block);
+   /* A block that is not used ends near a boundary between huge pages, so that all later blocks are in huge pages. It is
+    * larger than the first part of the heap, so that the heap grows. */
+   size_t size = huge_page - (uintptr_t)heap%huge_page;
+   if (size < first_part) size += huge_page;
+   static void *volatile unused;
+   unused = malloc(size);
+   (void)unused;
    if (heap != (void *)-1 && (char *)sbrk(0) - heap > huge_part) madvise(heap, huge_part, MADV_HUGEPAGE);
 #endif
    mallopt(M_TOP_PAD, 1 << 20);
