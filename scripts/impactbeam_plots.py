@@ -201,6 +201,17 @@ def varied_with(file, name):
     return [other for other in together if other != name] if name in together else []
 
 
+def set_ticks_together(panel, axis, columns):
+    """Ticks at values of the first of several columns that vary together, each with the values of all; one column alone keeps its ticks."""
+    if len(columns) < 2:
+        return
+    places, cases = numpy.unique(columns[0], return_index=True)
+    chosen = numpy.unique(numpy.linspace(0, len(cases) - 1, min(len(cases), 8)).round().astype(int))
+    labels = [("\n" if axis == "x" else ", ").join(f"{column[case]:.4g}" for column in columns) for case in cases[chosen]]
+    getattr(panel, f"set_{axis}ticks")(places[chosen], labels)
+    getattr(panel, f"set_{axis}ticks")([], minor=True)
+
+
 def time_of(words, unit):
     """A time of the command line, such as 0.02 or 20ms, in the unit of a file; a number alone has that unit already."""
     found = re.fullmatch(r"([-+.\deE]+)([m\u00b5un]?)(s?)", words)

@@ -70,6 +70,8 @@ class Response:
             self.path = path
             self.title = plots.title_of(file)
             self.wanted = wanted
+            # without a stop, displacements count from the unstressed beam
+            self.has_stop = "stop" in file["scene"]
             recorded = [name for name in RECORDS if plots.has(group, name)]
             of_places = [name for name in OF_PLACES if "stress" in file and plots.has(file["stress"], name)]
             if not recorded and not of_places:
@@ -270,7 +272,7 @@ def draw_displacement(axes, response):
                                       linestyle=plots.DASHES[1], linewidth=0.9)
     if "eta_stop" in response.curves:
         at = "body" if response.shown is not None and response.surfaces[response.shown].stop == 0 else "stop"
-        label = at if response.tip_differs() else f"{at} = tip"
+        label = at if response.tip_differs() else f"{at} = tip" if response.has_stop or at == "body" else "tip"
         handles = plots.draw_history(axes, response.tau, response.curves["eta_stop"], label, color="black") + handles
     mark_impacts(axes, response)
     return handles
@@ -283,7 +285,9 @@ def set_ticks(axis, count):
 
 def label_panel(axes, panel, response, words=None):
     """Axis label, line of rest, ticks."""
-    words = plots.with_unit(words or PANELS[panel][2 if response.is_in_units() else 1], response.units.get(panel, ""))
+    words = words or PANELS[panel][2 if response.is_in_units() else 1]
+    words = words if response.has_stop else words.replace("(y - d)", "y").replace("y - d", "y")
+    words = plots.with_unit(words, response.units.get(panel, ""))
     axes.set_ylabel(words if panel == "displacement" else words.replace(" $", "\n$", 1).replace(", in", ",\nin"))
     axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
     set_ticks(axes.yaxis, 6 if panel == "displacement" else 4)

@@ -83,6 +83,9 @@ class Map:
             self.title += f"\n{other.replace('_', ' ')} = {plots.quantity(sweep[other][0], '' if unit == '1' else unit)}"
         self.values = sweep[self.parameter][keep]
         self.value_unit = plots.text_of(sweep[self.parameter].attrs["units"])
+        # each parameter that varies together with this one: its values and unit
+        self.partners = {other: (sweep[other][keep], plots.text_of(sweep[other].attrs["units"]))
+                         for other in plots.varied_with(file, self.parameter)}
         self.frequency, self.unit = plots.values_of(group, "omega"), plots.unit_of(group, "omega")
         self.amplitude = group[f"amplitude_{self.name}"][keep]
         self.amplitude_unit = plots.unit_of(group, f"amplitude_{self.name}")
@@ -92,6 +95,7 @@ class Map:
         self.parameter = plots.text_of(group.attrs["parameter"])
         self.values = group[self.parameter][()]
         self.value_unit = plots.text_of(group[self.parameter].attrs["units"])
+        self.partners = {}
         spectra = [plots.group_of(group[f"case_{number}"], "spectrum", "&spectrum") for number in range(1, len(self.values) + 1)]
         self.name = chosen(path, spectra[0], [name] if name else None)[0]
         self.frequency, self.unit = plots.values_of(spectra[0], "omega"), plots.unit_of(spectra[0], "omega")
@@ -184,7 +188,10 @@ def draw_map(found):
     axes.set_ylim(values[0], values[-1])
     axes.tick_params(which="both", color="#ffffff")
     axes.set_xlabel(plots.with_unit("frequency" if found.unit else r"frequency $\omega/\omega_1$", found.unit))
-    axes.set_ylabel(plots.with_unit(found.parameter.replace("_", " "), "" if found.value_unit == "1" else found.value_unit))
+    shown = {found.parameter: (found.values, found.value_unit), **found.partners}
+    axes.set_ylabel("\n".join(plots.with_unit(name.replace("_", " "), "" if unit == "1" else unit)
+                              for name, (_, unit) in shown.items()))
+    plots.set_ticks_together(axes, "y", [values for values, _ in shown.values()])
     axes.set_title(found.title, pad=14)
     return figure
 

@@ -11,7 +11,7 @@ import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 
 SYMBOLS = {
@@ -224,8 +224,8 @@ def draw_map(sweep, names):
     panel.margins(0.0 if sweep.axes is not None else 0.02)
     set_scale(panel, "x", sweep.logarithmic[across])
     set_scale(panel, "y", sweep.logarithmic[up])
-    label_together(panel, "x", sweep, across)
-    label_together(panel, "y", sweep, up)
+    plots.set_ticks_together(panel, "x", [sweep.values[each] for each in [across, *sweep.partners[across]]])
+    plots.set_ticks_together(panel, "y", [sweep.values[each] for each in [up, *sweep.partners[up]]])
     bar = figure.colorbar(mesh, ax=panel, pad=0.02, label=sweep.measure_label())
     if isinstance(norm, LogNorm):
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -274,25 +274,13 @@ def draw_curves(sweep, name, family):
     panel.set_xlabel(sweep.label(name))
     panel.set_ylabel(sweep.measure_label())
     set_scale(panel, "x", sweep.logarithmic[name] and not sweep.is_paired)
-    label_together(panel, "x", sweep, name)
+    plots.set_ticks_together(panel, "x", [sweep.values[each] for each in [name, *sweep.partners[name]]])
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
     figure.suptitle(sweep.title, fontsize=11)
     if held:
         panel.set_title(held_in_words(sweep, held), fontsize=9)
     return figure
-
-
-def label_together(panel, axis, sweep, name):
-    """Ticks at the values of a parameter, each with the values of those that vary together with it; without those, no change."""
-    if not sweep.partners[name]:
-        return
-    places, cases = np.unique(sweep.values[name], return_index=True)
-    chosen = np.unique(np.linspace(0, len(cases) - 1, min(len(cases), 8)).round().astype(int))
-    labels = [("\n" if axis == "x" else ", ").join(f"{sweep.values[each][case]:.4g}" for each in [name, *sweep.partners[name]])
-              for case in cases[chosen]]
-    getattr(panel, f"set_{axis}ticks")(places[chosen], labels)
-    getattr(panel, f"{axis}axis").set_minor_locator(NullLocator())
 
 
 def draw_parallel(sweep):
