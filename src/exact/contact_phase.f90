@@ -3,7 +3,8 @@
 !> section 17). A flight is the motion of a stop point (the point of the beam at a stop) from the opening of its contact
 !> to the next closing, one or more phases. A massless node is the node at the stop of a redistributed mass matrix.
 module contact_phase
-   use certified_search, only: first_zero, found_none, found_zero, search_t, transformable_signal_t
+   use certified_search, only: first_zero, found_never_positive, found_none, found_zero, search_t, &
+      transformable_signal_t
    use contact_changes, only: end_starts, skip_blocked
    use contact_states, only: energy_in, set_indentation, record_start, node_motion_at, has_rigid_stop, &
       contact_state_t
@@ -166,8 +167,9 @@ contains
       if (self%ended_at == 0) return
       self%search%max_value = self%interval%searches(self%ended_at)%max_value
       associate (state => self%now%states(self%ended_at))
-         if (self%ended_by == end_gap .and. self%search%outcome == found_zero .and. state%hop_tolerance > 0.0_wp &
-            .and. state%may_be_captured .and. state%is_new_flight) self%search%outcome = found_cancelled
+         if (self%ended_by == end_gap .and. any(self%search%outcome == [found_zero, found_never_positive]) &
+            .and. state%hop_tolerance > 0.0_wp .and. state%may_be_captured .and. state%is_new_flight) &
+            self%search%outcome = found_cancelled
       end associate
    end subroutine find_end
 
