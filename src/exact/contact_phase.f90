@@ -168,8 +168,8 @@ contains
       self%search%max_value = self%interval%searches(self%ended_at)%max_value
       associate (state => self%now%states(self%ended_at))
          if (self%ended_by /= end_gap .or. all(self%search%outcome /= [found_zero, found_never_positive])) return
-         if (state%hop_tolerance > 0.0_wp .and. state%may_be_captured .and. state%is_new_flight) &
-            self%search%outcome = found_cancelled
+         if (.not. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured .and. state%is_new_flight)) return
+         self%search%outcome = found_cancelled
       end associate
    end subroutine find_end
 
