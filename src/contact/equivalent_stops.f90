@@ -88,7 +88,9 @@ contains
                sum_of_rows = row(:, j) + trial(k)*row(:, i)
                if (k == 3 .and. only > 0) sum_of_rows(only) = 0.0_wp
                associate (entries => count(abs(sum_of_rows) > 0.0_wp))
-                  if (entries == 0 .or. entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
+                  ! a compliant stop that does not move is independent of all modes: its branch force alone relaxes
+                  if (entries == 0 .and. is_rigid_stop(spring(j))) cycle
+                  if (entries >= count(abs(row(:, j)) > 0.0_wp)) cycle
                end associate
                base(j) = i
                factor(j) = trial(k)
