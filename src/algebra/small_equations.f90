@@ -42,10 +42,12 @@ contains
       if (present(is_singular)) is_singular = .false.
       n = size(a, 1)
       do i = 1, n
-         row_scale = tiny(1.0_wp)
+         row_scale = 0.0_wp
          do j = 1, n
             row_scale = max(row_scale, abs1(a(i, j)))
          end do
+         ! the right-hand sides of a row of zeros must not overflow
+         if (.not. row_scale > tiny(1.0_wp)) row_scale = 1.0_wp
          a(i, :) = a(i, :)/row_scale
          solution(i, :) = solution(i, :)/row_scale
       end do
