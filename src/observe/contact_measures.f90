@@ -99,7 +99,9 @@ contains
          if (contact%is_closed) then
             call measure_closed(interval, k, contact, measures%of(k))
          else
-            call measure_flight(interval, k, contact%flights, measures%max_peaks, measures%of(k))
+            ! only the peaks at the release contact are results of the run
+            call measure_flight(interval, k, contact%flights, merge(measures%max_peaks, 0, &
+               k == measures%release_contact), measures%of(k))
          end if
          if (allocated(measures%relay)) call record_closing(interval, k, contact, &
             measures%relay%lasting_force/measures%of(k)%accumulator%force_scale, measures%of(k)%closing)
