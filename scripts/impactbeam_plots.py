@@ -112,7 +112,7 @@ def as_it_is(text):
 NAMES_IN_UNITS = {"tau": "time", "eta": "displacement", "omega": "frequency"}
 # Prefixes with which a unit is read; an empty one: as it is.
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
-READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": ["k", "m", "\u00b5"],
+READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": ["k", "", "m", "\u00b5"],
              "N": ["G", "M", "k", "", "m", "\u00b5", "n"], "J": ["k", "", "m", "\u00b5", "n"], "Pa": ["M"], "Hz": ["M", "k", ""]}
 # Signals of spectra and of fits, in two lines where they are long.
 SIGNALS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
@@ -201,11 +201,18 @@ def varied_with(file, name):
     return [other for other in together if other != name] if name in together else []
 
 
-def set_ticks_together(panel, axis, columns):
-    """Ticks at values of the first of several columns that vary together, each with the values of all; one column alone keeps its ticks."""
-    if len(columns) < 2:
+def numbered_if_repeated(values):
+    """The values of an axis; their numbers 1, 2, ... if a value stands there twice, so that each has a place of its own."""
+    return values if len(numpy.unique(values)) == len(values) else numpy.arange(1.0, len(values) + 1.0)
+
+
+def set_ticks_together(panel, axis, columns, places=None):
+    """Ticks at values of the first of several columns that vary together, or at other places of them, each with the values of
+    all; one column alone keeps its ticks, unless it has other places."""
+    is_placed = places is not None and not numpy.array_equal(places, columns[0])
+    if len(columns) < 2 and not is_placed:
         return
-    places, cases = numpy.unique(columns[0], return_index=True)
+    places, cases = numpy.unique(places if is_placed else columns[0], return_index=True)
     chosen = numpy.unique(numpy.linspace(0, len(cases) - 1, min(len(cases), 8)).round().astype(int))
     labels = [("\n" if axis == "x" else ", ").join(f"{column[case]:.4g}" for column in columns) for case in cases[chosen]]
     getattr(panel, f"set_{axis}ticks")(places[chosen], labels)

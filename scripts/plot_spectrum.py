@@ -171,13 +171,14 @@ def draw_map(found):
     greatest = scale*np.nanmax(found.amplitude)
     figure, axes = plt.subplots(layout="constrained", figsize=(plots.WIDTH, 4.6))
     order = np.argsort(found.values)
-    values = found.values[order]
+    values = plots.numbered_if_repeated(found.values[order])
     drawn = axes.pcolormesh(found.frequency, values, np.maximum(scale*found.amplitude[order], LEAST_SHARE*greatest),
                             norm=LogNorm(LEAST_SHARE*greatest, greatest), cmap="magma", shading="nearest", rasterized=True)
     figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + plots.SIGNALS[found.name].replace("\n", " "), unit))
     # where they would lie close together the lines speak for themselves
     are_apart = found.frequency[-1] < 6.0*values[-1]
-    if "frequency" in found.parameter and found.value_unit == (found.unit or "1") and are_apart:
+    if "frequency" in found.parameter and found.value_unit == (found.unit or "1") and are_apart and \
+            np.array_equal(values, found.values[order]):
         for guide in GUIDES:
             axes.plot(guide*values, values, color="#ffffff", linewidth=0.6, linestyle=plots.DASHES[1 if guide >= 1.0 else 2],
                       alpha=0.7)
@@ -191,7 +192,7 @@ def draw_map(found):
     shown = {found.parameter: (found.values, found.value_unit), **found.partners}
     axes.set_ylabel("\n".join(plots.with_unit(name.replace("_", " "), "" if unit == "1" else unit)
                               for name, (_, unit) in shown.items()))
-    plots.set_ticks_together(axes, "y", [values for values, _ in shown.values()])
+    plots.set_ticks_together(axes, "y", [column[order] for column, _ in shown.values()], values)
     axes.set_title(found.title, pad=14)
     return figure
 

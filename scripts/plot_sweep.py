@@ -87,6 +87,12 @@ class Sweep:
             spacings = plots.text_of(group.attrs["spacings"]).split(",")
             self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(parameters, spacings)}
             cases = self.put_in_order()
+            # places of the cases along each axis; those along an axis that has a value twice are numbers
+            self.places, self.case_places = {}, dict(self.values)
+            for k, name in enumerate(self.names if self.axes is not None else []):
+                self.places[name] = plots.numbered_if_repeated(self.axes[name])
+                rows = np.indices([len(self.axes[other]) for other in self.names])[k].ravel()
+                self.case_places[name] = self.places[name][rows]
             # the first of these is the best case of the sweep, the last the best of all
             self.path = None
             self.best = None
@@ -109,6 +115,22 @@ class Sweep:
         self.values = {name: values[cases] for name, values in self.values.items()}
         self.column = self.column[cases]
         return cases
+
+    def is_numbered(self, name):
+        """Whether the places of an axis are numbers instead of the values."""
+        return name in self.places and self.places[name] is not self.axes[name]
+
+    def has_log_axis(self, name):
+        """Whether the axis of a parameter is logarithmic."""
+        return self.logarithmic[name] and not self.is_numbered(name)
+
+    def path_on(self, *names):
+        """The refinement along some axes, or nothing if one of them has no place for values in between."""
+        return [self.path[name] if not any(map(self.is_numbered, names)) else [] for name in names]
+
+    def set_ticks(self, panel, axis, name):
+        """Ticks with the values of a parameter and of those that vary together with it."""
+        plots.set_ticks_together(panel, axis, [self.values[each] for each in [name, *self.partners[name]]], self.case_places[name])
 
     def label_alone(self, name):
         """The name of a parameter on an axis."""
@@ -166,10 +188,21 @@ def edges_of(values, logarithmic):
     return np.exp(edges) if logarithmic else edges
 
 
+def set_plain_numbers(panel, axis):
+    """Numbers without an offset at a linear axis, with enough digits that no two ticks are alike."""
+    def words(value, _):
+        low, high = getattr(panel, f"get_{axis}lim")()
+        span = abs(high - low)
+        digits = 6 if span == 0.0 else max(6, 2 + int(np.ceil(np.log10(max(abs(low), abs(high))/span))))
+        return f"{value if abs(value) > 1e-9*span else 0.0:.{digits}g}"
+
+    getattr(panel, f"{axis}axis").set_major_formatter(FuncFormatter(words))
+
+
 def set_scale(panel, axis, logarithmic):
     """A linear or logarithmic axis, with plain numbers."""
     if not logarithmic:
-        getattr(panel, f"{axis}axis").set_major_formatter(FuncFormatter(lambda value, _: f"{round(value, 12):g}"))
+        set_plain_numbers(panel, axis)
         return
     getattr(panel, f"set_{axis}scale")("log")
     shown = getattr(panel, f"{axis}axis")
@@ -189,6 +222,12 @@ def held_in_words(sweep, held):
         + f" (as in the {case} case)"
 
 
+def without_value_in_words(sweep, values):
+    """How many of the cases shown have no value of the measure."""
+    left = int((~np.isfinite(values)).sum())
+    return f"{left} of {np.size(values)} cases have no {sweep.measure.replace('_', ' ')} within the run" if left else ""
+
+
 def draw_map(sweep, names):
     """One measure over two parameters."""
     across, up = names
@@ -197,11 +236,11 @@ def draw_map(sweep, names):
     never = not np.isfinite(sweep.column).all()
     if sweep.axes is not None:
         values, held = sweep.cut([up, across])
-        x, y = sweep.axes[across], sweep.axes[up]
+        x, y = sweep.places[across], sweep.places[up]
         if min(values.shape) < 2:
             raise plots.Unplottable("a map needs at least two values of each of its parameters")
         panel.set_facecolor("0.8")
-        mesh = panel.pcolormesh(edges_of(x, sweep.logarithmic[across]), edges_of(y, sweep.logarithmic[up]),
+        mesh = panel.pcolormesh(edges_of(x, sweep.has_log_axis(across)), edges_of(y, sweep.has_log_axis(up)),
                                 np.ma.masked_invalid(values), cmap=COLOURS, norm=norm, rasterized=True)
         never = not np.isfinite(values).all()
     else:
@@ -211,25 +250,28 @@ def draw_map(sweep, names):
         panel.scatter(x[~known], y[~known], s=5, color="0.7", zorder=1)
         mesh = panel.scatter(x[known], y[known], s=9, c=sweep.column[known], cmap=COLOURS, norm=norm, zorder=2)
     if sweep.best is not None:
-        panel.plot(sweep.values[across][sweep.best], sweep.values[up][sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
+        panel.plot(sweep.case_places[across][sweep.best], sweep.case_places[up][sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
                    clip_on=False, zorder=5, label=sweep.best_in_words())
     if sweep.path is not None:
-        panel.plot(sweep.path[across], sweep.path[up], "-", color=BEST, linewidth=0.8)
-        panel.plot(sweep.path[across][-1], sweep.path[up][-1], "*", color=BEST, mec="white", mew=0.6, ms=14, clip_on=False, zorder=5,
+        x, y = sweep.path_on(across, up)
+        panel.plot(x, y, "-", color=BEST, linewidth=0.8)
+        panel.plot(x[-1:], y[-1:], "*", color=BEST, mec="white", mew=0.6, ms=14, clip_on=False, zorder=5,
                    label=sweep.case_in_words("refined", sweep.path, -1))
     if never:
         panel.plot([], [], "s", color="0.75" if sweep.axes is None else "0.8", mec="0.5", mew=0.5, label="not reached in the run")
     panel.set_xlabel(sweep.label(across))
     panel.set_ylabel(sweep.label(up))
     panel.margins(0.0 if sweep.axes is not None else 0.02)
-    set_scale(panel, "x", sweep.logarithmic[across])
-    set_scale(panel, "y", sweep.logarithmic[up])
-    plots.set_ticks_together(panel, "x", [sweep.values[each] for each in [across, *sweep.partners[across]]])
-    plots.set_ticks_together(panel, "y", [sweep.values[each] for each in [up, *sweep.partners[up]]])
+    set_scale(panel, "x", sweep.has_log_axis(across))
+    set_scale(panel, "y", sweep.has_log_axis(up))
+    sweep.set_ticks(panel, "x", across)
+    sweep.set_ticks(panel, "y", up)
     bar = figure.colorbar(mesh, ax=panel, pad=0.02, label=sweep.measure_label())
     if isinstance(norm, LogNorm):
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else ""))
+    else:
+        set_plain_numbers(bar.ax, "y")
     figure.suptitle(sweep.title, fontsize=11)
     if sweep.axes is not None and held:
         panel.set_title(held_in_words(sweep, held), fontsize=9)
@@ -247,25 +289,30 @@ def in_family(sweep, family, words, source, index):
 def draw_curves(sweep, name, family):
     """One measure over one parameter, a curve for some values of another."""
     figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.8), constrained_layout=True)
-    held = {}
+    held, values = {}, sweep.column
     if sweep.axes is None:
         order = np.argsort(sweep.values[name])
         panel.plot(sweep.values[name][order], sweep.column[order], ".-" if sweep.is_paired else ".", color=plots.COLOURS[0],
                    markersize=5 if sweep.is_paired else 3, linewidth=0.6)
     elif family is None:
         values, held = sweep.cut([name])
-        panel.plot(sweep.axes[name], values, color=plots.COLOURS[0], marker=".", markersize=3)
+        panel.plot(sweep.places[name], values, color=plots.COLOURS[0], marker=".", markersize=3)
     else:
         values, held = sweep.cut([family, name])
         chosen = np.unique(np.linspace(0, len(sweep.axes[family]) - 1, len(plots.COLOURS)).round().astype(int))
+        values = values[chosen]
         for k, row in enumerate(chosen):
-            panel.plot(sweep.axes[name], values[row], color=plots.COLOURS[k], linestyle=plots.DASHES[k],
-                       label=f"{sweep.axes[family][row]:.3g}")
+            # without a mark, a value between cases without one would not be seen
+            known = np.isfinite(values[k])
+            panel.plot(sweep.places[name], values[k], color=plots.COLOURS[k], linestyle=plots.DASHES[k],
+                       marker="" if known.all() else ".", markersize=3,
+                       label=f"{sweep.axes[family][row]:.3g}" + ("" if known.any() else " (no value)"))
     if sweep.best is not None and (sweep.axes is not None or sweep.is_paired):
-        panel.plot(sweep.values[name][sweep.best], sweep.column[sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
+        panel.plot(sweep.case_places[name][sweep.best], sweep.column[sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
                    label=in_family(sweep, family, "best", {**sweep.values, sweep.measure: sweep.column}, sweep.best))
     if sweep.path is not None:
-        panel.plot(sweep.path[name][-1], sweep.path[sweep.measure][-1], "*", color=BEST, mec="white", mew=0.5, ms=13,
+        x, y = sweep.path_on(name)[0][-1:], sweep.path[sweep.measure][-1:]
+        panel.plot(x, y[:len(x)], "*", color=BEST, mec="white", mew=0.5, ms=13,
                    clip_on=False, zorder=5, label=in_family(sweep, family, "refined", sweep.path, -1))
     if family is not None and sweep.axes is not None:
         panel.legend(title=sweep.label(family), loc="upper left", bbox_to_anchor=(1.01, 1.0))
@@ -273,13 +320,14 @@ def draw_curves(sweep, name, family):
         panel.legend(loc="lower left", bbox_to_anchor=(-0.008, 0.99), borderaxespad=0.0, fontsize=8)
     panel.set_xlabel(sweep.label(name))
     panel.set_ylabel(sweep.measure_label())
-    set_scale(panel, "x", sweep.logarithmic[name] and not sweep.is_paired)
-    plots.set_ticks_together(panel, "x", [sweep.values[each] for each in [name, *sweep.partners[name]]])
+    set_scale(panel, "x", sweep.has_log_axis(name) and not sweep.is_paired)
+    sweep.set_ticks(panel, "x", name)
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
     figure.suptitle(sweep.title, fontsize=11)
-    if held:
-        panel.set_title(held_in_words(sweep, held), fontsize=9)
+    words = [text for text in (held_in_words(sweep, held), without_value_in_words(sweep, values)) if text]
+    if words:
+        panel.set_title("\n".join(words), fontsize=9)
     return figure
 
 
@@ -337,10 +385,8 @@ def draw_parallel(sweep):
     panel.set_xlim(-0.1, len(columns) - 0.75)
     for side in panel.spines.values():
         side.set_visible(False)
-    left = int((~known).sum())
     figure.suptitle(sweep.title, fontsize=11)
-    if left:
-        panel.set_title(f"{left} of {len(known)} cases have no {sweep.measure.replace('_', ' ')} within the run", fontsize=9)
+    panel.set_title(without_value_in_words(sweep, sweep.column), fontsize=9)
     if sweep.best is not None:
         panel.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=1, fontsize=8)
     return figure
@@ -357,7 +403,7 @@ def main():
     arguments = parser.parse_args()
 
     sweep = Sweep(arguments.file, arguments.measure)
-    varied = [name for name in sweep.names if np.ptp(sweep.values[name]) > 0.0] or sweep.names
+    varied = [name for name in sweep.names if np.ptp(sweep.case_places[name]) > 0.0] or sweep.names
     count = len(arguments.parameters or varied)
     kind = arguments.kind or ("curves" if sweep.is_paired else {1: "curves", 2: "map"}.get(count, "parallel"))
     names = arguments.parameters or (varied if sweep.is_paired else varied[::-1])

@@ -9,8 +9,8 @@ module sample_statistics
    public :: sample_t, find_sample_statistics
 
    !> Statistics of a sample. Errors are half widths of 95 % intervals for independent numbers; errors of a Latin
-   !> hypercube are rarely larger. With fewer than `few` values the error of the standard deviation is at least that of
-   !> normally distributed values.
+   !> hypercube are rarely larger. The fewer the values, the nearer the error of the standard deviation is at least to
+   !> that of normally distributed values; with `few` or fewer it is not below it.
    type :: sample_t
       !> Number of values that are not NaN
       integer :: count = 0
@@ -20,7 +20,7 @@ module sample_statistics
       real(wp) :: deviation_error = 0.0_wp
       !> Quantile of each probability, [probabilities]
       real(wp), allocatable :: quantile(:)
-      !> Error of each quantile, [probabilities]
+      !> Error of each quantile, [probabilities]; NaN: one end of the interval is beyond all values
       real(wp), allocatable :: quantile_error(:)
       !> Minimum of the values, the lower end of the first class of the histogram
       real(wp) :: minimum = 0.0_wp
@@ -33,9 +33,9 @@ module sample_statistics
    !> Half width of a 95 % interval in standard deviations.
    real(wp), parameter :: half_width = 1.959963984540054_wp
 
-   !> Number of values below which their fourth moment is too uncertain to show a distribution narrower than the normal
-   !> one.
-   integer, parameter :: few = 30
+   !> Number of values up to which their fourth moment is too uncertain to show a distribution narrower than the normal
+   !> one, and weight of the normal distribution, as a number of values, if there are more.
+   real(wp), parameter :: few = 30.0_wp
 
 contains
 
@@ -77,7 +77,7 @@ contains
       ! The variance s^2 has the variance (m4 - s^4 (n - 3)/(n - 1))/n, m4 being the fourth central moment (3 s^4 of a
       ! normal distribution), and d(s^2) = 2 s ds.
       fourth = sum((sorted - sample%mean)**4)/n
-      if (sample%count < few) fourth = max(fourth, 3.0_wp*sample%deviation**4)
+      fourth = fourth + max(3.0_wp*sample%deviation**4 - fourth, 0.0_wp)*min(1.0_wp, few/n)
       sample%deviation_error = 0.0_wp
       if (sample%deviation > 0.0_wp) sample%deviation_error = t* &
          sqrt(max(fourth - sample%deviation**4*(n - 3.0_wp)/(n - 1.0_wp), 0.0_wp)/n)/(2.0_wp*sample%deviation)
@@ -86,7 +86,8 @@ contains
          associate (p => probabilities(k))
             sample%quantile(k) = quantile_of(sorted, p)
             associate (spread => half_width*sqrt(p*(1.0_wp - p)/n))
-               sample%quantile_error(k) = 0.5_wp*(quantile_of(sorted, p + spread) - quantile_of(sorted, p - spread))
+               if (p > spread .and. p + spread < 1.0_wp) sample%quantile_error(k) = 0.5_wp &
+                  *(quantile_of(sorted, p + spread) - quantile_of(sorted, p - spread))
             end associate
          end associate
       end do

@@ -8,6 +8,7 @@ module signal_file
    use number_text, only: list_of_numbers, to_text
    use printable_text, only: excerpt
    use text_file, only: load_text
+   use value_rules, only: number_range, range_text
    implicit none (type, external)
    private
    public :: signal_t, read_signal, unit_ratio
@@ -170,7 +171,7 @@ contains
          end if
          call read_real(cell, numbers(k), is_legal, reason)
          if (is_legal) cycle
-         if (.not. allocated(reason)) reason = 'must be a finite number'
+         if (.not. allocated(reason)) reason = 'must be a number '//range_text(number_range)
          reason = 'column '//to_text(columns(k))//', '//shown//': '//reason
          return
       end do

@@ -98,8 +98,7 @@ contains
          ! k is 1 or 2 here; `min` makes that evident to the compiler
          numbers(min(k, 2)) = number
          if (is_legal .and. abs(number) <= signed_range%maximum) cycle
-         if (is_legal) reason = 'must be '//range_text(signed_range)
-         if (.not. allocated(reason)) reason = 'must be a number'
+         if (.not. allocated(reason)) reason = 'must be a number '//range_text(signed_range)
          reason = excerpt(row(first:last))//' '//reason
          return
       end do

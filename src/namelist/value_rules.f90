@@ -5,7 +5,7 @@ module value_rules
    implicit none (type, external)
    private
    public :: range_t, contains_value, range_text, one_of, is_among, length_ratio_problem, max_length_ratio
-   public :: max_stored_numbers
+   public :: max_stored_numbers, number_range
    public :: physical_range, signed_range, length_range, off_root_range, point_range, stiffness_range
    public :: load_range, positive_range, instant_range, duration_range
 
@@ -26,6 +26,8 @@ module value_rules
    !> Nonnegative values in the user's units. The limit of this range, and of the next two, is so low that products and
    !> quotients of a few values do not overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
+   !> All numbers that the reader of numbers accepts.
+   type(range_t), parameter :: number_range = range_t(-1.0e300_wp, 1.0e300_wp)
    !> Values of either sign in the user's units.
    type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
    !> Lengths in the user's units.

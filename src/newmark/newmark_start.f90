@@ -15,7 +15,8 @@ module newmark_start
    use newmark_contacts, only: event_now, record_event, resolve_contacts
    use newmark_events, only: begin_and_end_contacts
    use newmark_loads, only: load_at
-   use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, newmark_run_t
+   use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, is_unloaded, newmark_run_t, &
+      spring_damper_force
    use newmark_stepper, only: restart_acceleration
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
@@ -328,6 +329,13 @@ contains
             associate (contact => run%contacts(k))
                if (contact%status == is_inactive) cycle
                if (allocated(contact%stop) .and. state%force(k) > 0.0_wp) then
+                  ! the velocity of a body makes the force of a damper negative: the contact begins open, with its
+                  ! indentation, as after a separation
+                  contact%status = is_unloaded
+                  if (contact%is_viscous .and. spring_damper_force(run, k, state) < 0.0_wp) then
+                     state%force(k) = 0.0_wp
+                     cycle
+                  end if
                   contact%status = is_in_contact
                   run%next_level = max(run%next_level, contact%contact_level)
                   call record_event(run, k, event_now(run, k, event_contact), response)

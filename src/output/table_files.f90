@@ -200,7 +200,8 @@ contains
    subroutine read_flat(file, group, rows, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
-      !> Number of values in each column; 0: as many as the largest dataset of the group has
+      !> Number of values in each column; 0: as many as the dataset `case` has or, if there is none, as the largest
+      !> dataset of the group has
       integer, intent(in) :: rows
       type(table_t), intent(out) :: table
 
@@ -212,6 +213,8 @@ contains
 
       call file%members_of(group, members)
       wanted = rows
+      ! sections have several values for each case
+      if (wanted == 0) wanted = int(sum(members%points, mask=members%name == 'case'))
       if (wanted == 0 .and. size(members) > 0) wanted = int(maxval(members%points))
       members = pack(members, members%points == int(wanted, i8))
       table%name = group

@@ -19,6 +19,7 @@ module cases_study
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
    use run_tables, only: add_measures, measure_column_t, print_mesh
+   use run_warnings, only: warn_of_run
    use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -50,6 +51,7 @@ contains
 
       type(case_t), allocatable :: cases(:)
       type(mesh_errors_t), allocatable :: errors
+      integer :: i, k, first
 
       if (.not. job%quiet) call start_progress(job%label)
       call run_cases(scene, cases, error)
@@ -64,6 +66,15 @@ contains
       call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
       call print_mesh(job%unit, scene%mesh%found, units_in(scene))
       call print_cases(job%unit, scene, cases)
+      do i = 1, size(cases)
+         if (.not. allocated(cases(i)%scene%warnings)) cycle
+         first = size(cases(i)%scene%warnings) + 1
+         call warn_of_run(cases(i)%scene, cases(i)%response)
+         do k = first, size(cases(i)%scene%warnings)
+            call print_line(job%unit, 'warning', trim(scene%cases%parameter%name)//' = '//to_text(scene%cases%list(i)) &
+               //': '//trim(cases(i)%scene%warnings(k)%text))
+         end do
+      end do
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_cases_of_scene
 

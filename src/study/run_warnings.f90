@@ -18,7 +18,7 @@ module run_warnings
       warning_uncounted_cycles
    implicit none (type, external)
    private
-   public :: warn_of_run
+   public :: warn_of_run, ends_unsettled
 
    !> Slope beyond which deflections are not small.
    real(wp), parameter :: max_slope = 0.2_wp
@@ -54,8 +54,9 @@ contains
       if (has_unlimited_stress(scene, response)) call add_warning(scene, warning_stress_start, 'the stress has an ' &
          //'extreme at the start, where the velocity does not fit the root or a support: with damping in proportion ' &
          //'to stiffness it grows with the number of elements; measures after a start of &statistics leave it out')
-      if (ends_unsettled(scene, response)) call add_warning(scene, warning_settling, 'the run ends less than half a ' &
-         //'period of the first frequency after the settling time: the stop may move away again; a longer run shows it')
+      if (run_ends_unsettled(scene, response)) call add_warning(scene, warning_settling, 'the run ends less than ' &
+         //'half a period of the first frequency after the settling time: the stop may move away again; a longer run ' &
+         //'shows it')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it
@@ -76,22 +77,31 @@ contains
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run
 
-   !> Whether a run ends so soon after the last excursion of the stop beyond the settling level that another one may
-   !> follow. Excursions of the motion in the first mode are at most half a period apart.
-   pure logical function ends_unsettled(scene, response) result(answer)
+   !> Whether a run with a stop ends so soon after its settling time that the settling time is uncertain.
+   pure logical function run_ends_unsettled(scene, response) result(answer)
       type(scene_t), intent(in) :: scene
       !> The run of the scene
       type(response_t), intent(in) :: response
 
-      ! half a period of the first frequency, in tau
-      real(wp), parameter :: half_period = pi
-
       answer = .false.
       if (.not. (scene%has_stop .and. allocated(response%measures)) .or. varies_at_end(scene)) return
       associate (measures => response%measures)
-         answer = measures%has_settled .and. measures%settling_tau > 0.0_wp .and. measures%duration - &
-            measures%settling_tau < half_period
+         answer = measures%has_settled .and. ends_unsettled(measures%settling_tau, measures%duration)
       end associate
+   end function run_ends_unsettled
+
+   !> Whether a run ends so soon after the last excursion of the stop beyond the settling level that another one may
+   !> follow. Excursions of the motion in the first mode are at most half a period apart.
+   elemental logical function ends_unsettled(settling_tau, duration) result(answer)
+      !> Settling time, tau; NaN: the motion has not settled
+      real(wp), intent(in) :: settling_tau
+      !> Length of the run, tau
+      real(wp), intent(in) :: duration
+
+      ! half a period of the first frequency, in tau
+      real(wp), parameter :: half_period = pi
+
+      answer = settling_tau > 0.0_wp .and. duration - settling_tau < half_period
    end function ends_unsettled
 
    !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a

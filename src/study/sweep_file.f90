@@ -7,13 +7,16 @@ module sweep_file
    use hdf5_writing, only: hdf5_column_t
    use joined_texts, only: joined
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table, measure_tolerance
+   use measure_list, only: measure_count, measure_settling, measure_table, measure_tolerance
    use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
+   use quantities, only: quantity_named, units_of, units_t
    use quantity_groups, only: quantity_group_t
    use results_file, only: results_name, write_header
+   use run_warnings, only: ends_unsettled
+   use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
-   use scene_units, only: units_in
+   use scene_units, only: are_physical, units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
    use sweep_chunks, only: assembled_file, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
@@ -55,6 +58,9 @@ module sweep_file
       character(max_reason_length), allocatable :: reasons(:)
       !> Tolerance of the extremes of each case; NaN: the usual tolerance, [cases]
       real(wp), allocatable :: tolerance(:)
+      !> Number of cases that end less than half a period of the first frequency after their settling time; 0 if the
+      !> cases have units of time of their own
+      integer :: unsettled_count = 0
       !> Selected measures of all cases, [cases, measures]; unallocated: none is selected
       real(wp), allocatable :: values(:, :)
       !> Analyses of the beam of the scene, independent of the cases
@@ -78,9 +84,20 @@ contains
       integer, intent(in), optional :: measures(:)
 
       type(chunk_rows_t) :: chunk
-      integer :: number, i
+      real(wp), allocatable :: duration(:)
+      ! time in the rows over tau
+      real(wp) :: unit_of_time
+      integer :: number, i, duration_axis
+      logical :: may_be_unsettled
 
       call start_best(scene, plan, survey%best)
+      unit_of_time = 1.0_wp
+      if (are_physical(scene)) unit_of_time = time_over_tau(scene)
+      ! with another beam in each case, tau cannot be found from times in units
+      may_be_unsettled = scene%has_stop .and. .not. varies_at_end(scene) .and. .not. (are_physical(scene) .and. &
+         any(plan%axes%parameter%changes_scales))
+      duration_axis = findloc(plan%axes%parameter%group == 'response' .and. &
+         index(plan%axes%parameter%name_in_group, 'duration') == 1, .true., dim=1)
       allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
       if (present(measures)) allocate (survey%values(plan%cases, size(measures)))
       do number = 1, plan%chunks
@@ -93,6 +110,14 @@ contains
                if (present(measures)) survey%values(first + i - 1, :) = chunk%rows(measures, i)
             end do
          end associate
+         if (may_be_unsettled) then
+            allocate (duration(size(chunk%rows, 2)), source=scene%response%duration)
+            if (duration_axis > 0) duration(:) = chunk%values(duration_axis, :)
+            if (any(plan%axes%parameter%name_in_group == 'duration_time')) duration(:) = duration/time_over_tau(scene)
+            survey%unsettled_count = survey%unsettled_count + count(ends_unsettled(chunk%rows(measure_settling, :) &
+               /unit_of_time, duration))
+            deallocate (duration)
+         end if
          survey%failure_count = survey%failure_count + size(chunk%failed)
          associate (recorded => min(size(chunk%failed), max_reasons - size(survey%failed_cases)))
             survey%failed_cases = [survey%failed_cases, chunk%failed(:recorded)]
@@ -100,6 +125,16 @@ contains
          end associate
       end do
    end subroutine survey_chunks
+
+   !> Unit of time of a scene with units, over tau.
+   pure real(wp) function time_over_tau(scene) result(ratio)
+      type(scene_t), intent(in) :: scene
+
+      type(units_t) :: units
+
+      units = units_of(scene%scales, scene%unit_system, .true.)
+      ratio = units%factor(quantity_named('time'))
+   end function time_over_tau
 
    !> Assemble the results file, and remove the chunks.
    subroutine write_sweep(folder, scene, plan, survey, refined, error, errors)

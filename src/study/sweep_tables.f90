@@ -9,6 +9,7 @@ module sweep_tables
    use run_tables, only: print_mesh
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use scene_warnings, only: add_warning
    use scene_words, only: mesh_in_words, print_warnings
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
@@ -16,6 +17,7 @@ module sweep_tables
    use sweep_progress, only: rate_in_words
    use sweep_settings, only: goal_names
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
+   use warning_list, only: warning_settling
    implicit none (type, external)
    private
    public :: print_sweep
@@ -39,12 +41,15 @@ contains
       character(*), intent(in) :: workers
 
       character(:), allocatable :: words
+      ! the scene with warnings about its cases
+      type(scene_t), allocatable :: scene_with_warnings
       type(units_t) :: units
       integer :: k
 
       units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
-      call print_warnings(unit, scene)
+      call warn_of_cases(scene, plan, survey, scene_with_warnings)
+      call print_warnings(unit, scene_with_warnings)
       ! if the program chose the mesh
       if (scene%mesh%found%finer_elements > 0) then
          call print_line(unit, 'mesh', mesh_in_words(scene))
@@ -87,6 +92,20 @@ contains
          call print_parameters_at_limits(unit, scene, plan, refined%values(:, refined%count))
       end if
    end subroutine print_sweep
+
+   !> Add the warnings about the cases of a sweep to those of its scene.
+   subroutine warn_of_cases(scene, plan, survey, scene_with_warnings)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(survey_t), intent(in) :: survey
+      type(scene_t), allocatable, intent(out) :: scene_with_warnings
+
+      allocate (scene_with_warnings, source=scene)
+      if (survey%unsettled_count == 0 .or. .not. allocated(scene%warnings)) return
+      call add_warning(scene_with_warnings, warning_settling, to_text(survey%unsettled_count)//' of ' &
+         //to_text(plan%cases)//' cases end less than half a period of the first frequency after their settling ' &
+         //'time: the stop may move away again; a longer run shows it')
+   end subroutine warn_of_cases
 
    !> Name each parameter whose value in the best case is the minimum or maximum of its range, because better cases may
    !> lie beyond this limit.
