@@ -170,7 +170,7 @@ contains
                call read_frequencies(file, table)
             else
                ! the group of measures also has lists, such as the rebounds; the table has only its single numbers
-               call read_flat(file, trim(table_names(i)), merge(1, 0, table_names(i) == 'measures'), table)
+               call read_flat(file, trim(table_names(i)), merge(0, 1, table_names(i) == 'measures'), table)
             end if
          else if (table_names(i) == 'measures') then
             if (.not. file%has('cases')) cycle
@@ -195,33 +195,28 @@ contains
       call move_alloc(longer, tables)
    end subroutine append
 
-   !> Read the datasets of a group that have a given number of values, each as a column. In the group of a sweep a
-   !> measure that is NaN in all cases makes no column.
-   subroutine read_flat(file, group, rows, table)
+   !> Read the single values of a group, or its lists that have as many values as the longest, each as a column.
+   !> Datasets of more dimensions, such as sections, are left out. In the group of a sweep a measure that is NaN in all
+   !> cases makes no column.
+   subroutine read_flat(file, group, rank, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
-      !> Number of values in each column; 0: as many as the dataset `case` has or, if there is none, as the largest
-      !> dataset of the group has
-      integer, intent(in) :: rows
+      !> 0: single values, which are one row; 1: lists
+      integer, intent(in) :: rank
       type(table_t), intent(out) :: table
 
       type(member_t), allocatable :: members(:)
       type(column_t) :: column
-      ! number of values of a dataset that becomes a column; other datasets of the group are left out
-      integer :: wanted
-      integer :: columns, i
+      integer :: columns, i, rows
 
       call file%members_of(group, members)
-      wanted = rows
-      ! sections have several values for each case
-      if (wanted == 0) wanted = int(sum(members%points, mask=members%name == 'case'))
-      if (wanted == 0 .and. size(members) > 0) wanted = int(maxval(members%points))
-      members = pack(members, members%points == int(wanted, i8))
+      rows = int(maxval([members%points, 0_i8], mask=[members%rank == rank, .true.]))
+      members = pack(members, members%rank == rank .and. members%points == int(rows, i8))
       table%name = group
       allocate (table%columns(size(members)))
       columns = 0
       do i = 1, size(members)
-         call read_column(file, group, members(i), wanted, column)
+         call read_column(file, group, members(i), rows, column)
          if (group == 'sweep' .and. allocated(column%numbers)) then
             if (all(ieee_is_nan(column%numbers))) cycle
          end if
@@ -276,7 +271,7 @@ contains
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)
          table%columns(2)%numbers(i) = file%number_attribute('value', group)
-         call read_flat(file, group//'/measures', 1, row)
+         call read_flat(file, group//'/measures', 0, row)
          do k = 1, size(row%columns)
             if (.not. allocated(row%columns(k)%numbers)) cycle
             call find_column(table, row%columns(k)%name, row%columns(k)%units, row%columns(k)%digits, rows, index_found)

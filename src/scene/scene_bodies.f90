@@ -12,6 +12,7 @@ module scene_bodies
    use scene_stops, only: list_law
    use scene_types, only: scene_t
    use stop_pairs, only: are_at_one_point
+   use sweep_settings, only: is_swept, parameter_t
    use value_rules, only: load_range, off_root_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
    private
@@ -137,7 +138,8 @@ contains
       varies = scene%wants_sweep .or. scene%wants_cases
       associate (body => scene%bodies(k))
          may_have_spring = gives('spring_ratio') .or. varies
-         if (.not. (gives('mass_ratio') .or. varies)) call input%complain('body', '', 'needs mass_ratio or mass', k)
+         if (.not. (gives('mass_ratio') .or. is_varied(scene, k, 'mass'))) call input%complain('body', '', &
+            'needs mass_ratio or mass', k)
          if (body%side == side_both .and. body%clearance <= 0.0_wp .and. .not. varies) call input%complain('body', &
             'side', 'needs clearance_ratio or clearance, the distance to each wall of the cavity', k)
          if (gives('damping_ratio') .and. .not. may_have_spring) call input%complain('body', 'damping_ratio', &
@@ -167,5 +169,31 @@ contains
          gives = table%has_either('body', name, k)
       end function gives
    end subroutine check_values
+
+   !> Whether a sweep or &cases gives a name of a body, or a quantity in units instead of it.
+   pure logical function is_varied(scene, k, name)
+      type(scene_t), intent(in) :: scene
+      !> Number of the body
+      integer, intent(in) :: k
+      !> Name without `_ratio`
+      character(*), intent(in) :: name
+
+      is_varied = .false.
+      if (scene%wants_cases) is_varied = is_named(scene%cases%parameter, k, name)
+      if (scene%wants_sweep) is_varied = is_varied .or. any(is_swept(scene%sweep%swept) .and. &
+         is_named(scene%sweep%swept%parameter, k, name))
+   end function is_varied
+
+   !> Whether a parameter is a name of a body, or a quantity in units instead of it.
+   elemental logical function is_named(parameter, k, name)
+      type(parameter_t), intent(in) :: parameter
+      !> Number of the body
+      integer, intent(in) :: k
+      !> Name without `_ratio`
+      character(*), intent(in) :: name
+
+      is_named = parameter%group == 'body' .and. parameter%occurrence == k .and. &
+         (parameter%name_in_group == name .or. parameter%name_in_group == name//'_ratio')
+   end function is_named
 
 end module scene_bodies

@@ -7,7 +7,8 @@ module hdf5_loading
       h5aread_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
       h5fopen_f, h5gclose_f, h5gget_info_f, h5gopen_f, h5i_dataset_f, h5iget_type_f, h5lexists_f, &
       h5lget_name_by_idx_f, h5oclose_f, h5oopen_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
-      h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_integer_f, &
+      h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
+      h5sget_simple_extent_npoints_f, h5t_integer_f, &
       h5t_native_double, h5t_native_integer, h5t_string_f, h5tclose_f, h5tget_class_f, h5tis_variable_str_f, &
       hid_t, hsize_t, size_t
    use hdf5_library, only: c_free, make_text_type, open_hdf5
@@ -24,6 +25,8 @@ module hdf5_loading
       character(max_name_length) :: name = ''
       !> Number of its values; -1: the member is a subgroup
       integer(hsize_t) :: points = -1_hsize_t
+      !> Number of its dimensions; 0: a single value that is no list
+      integer :: rank = 0
       !> Whether the values are integers
       logical :: is_integer = .false.
       !> Whether the values are texts
@@ -215,6 +218,7 @@ contains
          if (kind == h5i_dataset_f) then
             call h5dget_space_f(object, space_id, status)
             call h5sget_simple_extent_npoints_f(space_id, members(i)%points, status)
+            call h5sget_simple_extent_ndims_f(space_id, members(i)%rank, status)
             call h5sclose_f(space_id, status)
             call h5dget_type_f(object, type_id, status)
             call h5tget_class_f(type_id, kind, status)
