@@ -7,7 +7,7 @@ module phase_state
    use contact_sets, only: contact_set_t, find_set, start_sets, set_store_t
    use contact_states, only: dynamic_stiffness_of, reactions_t, contact_state_t
    use coupled_modes, only: coupled_amplitudes
-   use damped_oscillators, only: acceleration, propagate
+   use damped_oscillators, only: acceleration, padded, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: add_decay, exponential_signal_t
    use failures, only: failure_t
@@ -269,8 +269,8 @@ contains
             gap => free
          end select
       end if
-      gap%z(:) = self%z
-      gap%v(:) = self%v
+      gap%z(:size(self%z)) = self%z
+      gap%v(:size(self%v)) = self%v
       gap%start_order = 0
       gap%rate = 0.0_wp
       gap%relaxation = 0.0_wp
@@ -317,26 +317,26 @@ contains
 
       type(modal_signal_t), allocatable :: modal
 
-      associate (constrained => self%set%constrained)
+      associate (constrained => self%set%constrained, n => self%set%constrained%count)
          allocate (modal)
          select case (kind)
          case (end_force)
             modal = constrained%force(findloc(constrained%closed, k, dim=1))
          case (observed_tip)
             call make_modal_signal(constrained%oscillators, constrained%static_tip, constrained%tip_value, modal)
-            modal%z = self%z
-            modal%v = self%v
+            modal%z(:n) = self%z
+            modal%v(:n) = self%v
          case (end_renewed_contact)
             associate (stiff => self%states(k)%spring%stiffness, viscous => self%states(k)%spring%viscosity)
                call make_modal_signal(constrained%oscillators, stiff*constrained%static_gap(k), constrained%value(:, &
                   k), modal)
-               modal%z = stiff*self%z + viscous*self%v
-               modal%v = stiff*self%v + viscous*acceleration(constrained%oscillators, self%z, self%v)
+               modal%z(:n) = stiff*self%z + viscous*self%v
+               modal%v(:n) = stiff*self%v + viscous*acceleration(constrained%oscillators, self%z, self%v)
             end associate
          case default
             call make_modal_signal(constrained%oscillators, -constrained%static_gap(k), -constrained%value(:, k), modal)
-            modal%z = self%z
-            modal%v = self%v
+            modal%z(:n) = self%z
+            modal%v(:n) = self%v
          end select
       end associate
       call move_alloc(modal, signal)
@@ -382,7 +382,8 @@ contains
       class(transformable_signal_t), allocatable :: modes
       type(summed_signal_t), allocatable :: total
       real(wp) :: sign
-      logical :: is_inactive(size(self%z))
+      ! with padding
+      logical :: is_inactive(padded(size(self%z)))
 
       if (kind == end_force .and. all(self%set%constrained%closed /= k)) return
       is_inactive = .false.

@@ -3,7 +3,7 @@
 !> is negative for a body whose damping ratio is less than zeta W. W is the natural frequency in omega1. Each oscillator
 !> is propagated in closed form, without cancellation near critical damping.
 module damped_oscillators
-   use kinds, only: wp
+   use kinds, only: i8, wp
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration
@@ -30,6 +30,8 @@ module damped_oscillators
       !> Half the distance of the two exponents. Underdamped: W sqrt(1 - xi^2), the damped frequency; else: W sqrt(xi^2
       !> - 1), with xi the damping ratio, [as `decay`]
       real(wp), allocatable :: spread(:)
+      !> Overdamped: decay rate of the fast exponent, decay + 2 spread, [as `decay`]
+      real(wp), allocatable :: fast(:)
       !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; of a body, negative if its
       !> damper is weaker than 2 zeta W^2; padded with zeros, [as `decay`]
       real(wp), allocatable :: mass_rate(:)
@@ -120,6 +122,7 @@ contains
             end if
             oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
+         allocate (oscillators%fast, source=oscillators%decay + 2.0_wp*oscillators%spread)
       end associate
    end subroutine make_oscillators
 
@@ -201,46 +204,18 @@ contains
       !> exp(-decay t) of all oscillators, [padded]
       real(wp), contiguous, intent(out) :: factors(:)
 
-      integer :: first
-
-      z = z0
-      v = v0
       if (.not. t > 0.0_wp) then
+         z = z0
+         v = v0
          factors = 1.0_wp
          return
       end if
       call find_decay_factors(size(factors)/lanes, t, oscillators%decay, factors)
-      first = lanes*(oscillators%underdamped/lanes) + 1
-      if (oscillators%underdamped > 0) then
-         call propagate_underdamped(padded(min(oscillators%underdamped, size(z)))/lanes, t, factors, &
-            oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
-         if (oscillators%underdamped >= first) then
-            ! restore the overdamped modes of the last vector
-            call restore(oscillators%underdamped - first + 1, z0(first:first + lanes - 1), z(first:first + lanes - 1))
-            call restore(oscillators%underdamped - first + 1, v0(first:first + lanes - 1), v(first:first + lanes - 1))
-         end if
-      end if
-      if (oscillators%underdamped < min(size(z), last)) then
-         call propagate_overdamped((size(z) - first + 1)/lanes, oscillators%underdamped + 2 - first, t, &
-            factors(first:), oscillators%decay(first:), oscillators%spread(first:), &
-            oscillators%inverse_spread(first:), z(first:), v(first:))
-      end if
+      if (oscillators%underdamped > 0) call propagate_underdamped(padded(oscillators%underdamped)/lanes, t, factors, &
+         oscillators, z0, v0, z, v)
+      if (oscillators%underdamped < min(size(z), last)) call propagate_overdamped( &
+         lanes*(oscillators%underdamped/lanes), size(z)/lanes, t, factors, oscillators, z0, v0, z, v)
    end subroutine propagate_lanes
-
-   !> Restore the elements of a vector after an index.
-   pure subroutine restore(last, original, vector)
-      !> Index of the last element that is not restored
-      integer, intent(in) :: last
-      real(wp), intent(in) :: original(lanes)
-      real(wp), intent(inout) :: vector(lanes)
-
-      integer :: i
-
-      !$omp simd
-      do i = 1, lanes
-         vector(i) = merge(vector(i), original(i), i <= last)
-      end do
-   end subroutine restore
 
    !> Decay factors after a time, in whole SIMD vectors.
    pure subroutine find_decay_factors(blocks, t, decay, factors)
@@ -261,60 +236,71 @@ contains
       end do
    end subroutine find_decay_factors
 
-   !> Propagate underdamped modes.
-   pure subroutine propagate_underdamped(blocks, t, factors, decay, spread, inverse_spread, square, z, v)
-      !> Number of SIMD vectors in each array
+   !> Propagate underdamped modes. Overdamped modes of their last SIMD vector receive values without meaning.
+   pure subroutine propagate_underdamped(blocks, t, factors, oscillators, z0, v0, z, v)
+      !> Number of SIMD vectors with underdamped modes
       integer, intent(in) :: blocks
       !> Time, > 0
       real(wp), intent(in) :: t
       !> exp(-decay t)
       real(wp), intent(in) :: factors(lanes*blocks)
-      !> Parameters of the oscillators, as in `oscillators_t`
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
-      !> On entry displacement at time 0; on return displacement at time t
-      real(wp), intent(inout), dimension(lanes*blocks) :: z
-      !> On entry velocity at time 0; on return velocity at time t
-      real(wp), intent(inout), dimension(lanes*blocks) :: v
+      type(oscillators_t), intent(in) :: oscillators
+      !> Displacement at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: z0
+      !> Velocity at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: v0
+      !> Displacement at time t
+      real(wp), intent(out), dimension(lanes*blocks) :: z
+      !> Velocity at time t
+      real(wp), intent(out), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      real(wp), dimension(lanes*blocks) :: cosines, sines
-      real(wp) :: sine, new_z, new_v
-      integer :: i
+      real(wp), dimension(lanes*blocks) :: angles, cosines, sines
+      real(wp) :: decay, sine
+      integer :: b, i
 
       do i = 1, lanes*blocks
-         cosines(i) = cos(spread(i)*t)
+         angles(i) = oscillators%spread(i)*t
       end do
       do i = 1, lanes*blocks
-         sines(i) = sin(spread(i)*t)
+         cosines(i) = cos(angles(i))
       end do
-      !$omp simd private(sine, new_z, new_v)
       do i = 1, lanes*blocks
-         ! sin(w t)/w with w the spread, which tends to t as w tends to 0
-         sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
-         new_z = factors(i)*(z(i)*cosines(i) + (v(i) + decay(i)*z(i))*sine)
-         new_v = factors(i)*(v(i)*cosines(i) - (square(i)*z(i) + decay(i)*v(i))*sine)
-         z(i) = new_z
-         v(i) = new_v
+         sines(i) = sin(angles(i))
+      end do
+      do b = 0, lanes*(blocks - 1), lanes
+         !$omp simd private(decay, sine)
+         do i = b + 1, b + lanes
+            decay = oscillators%decay(i)
+            ! sin(w t)/w with w the spread, which tends to t as w tends to 0
+            sine = sines(i)*oscillators%inverse_spread(i)
+            sine = merge(sine, t, angles(i) > 1.0e-8_wp)
+            z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + decay*z0(i))*sine)
+            v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%lane_square(i)*z0(i) + decay*v0(i))*sine)
+         end do
       end do
    end subroutine propagate_underdamped
 
-   !> Propagate modes at and beyond critical damping. The first vector may contain underdamped modes, which do not
-   !> change.
-   pure subroutine propagate_overdamped(blocks, first, t, factors, decay, spread, inverse_spread, z, v)
+   !> Propagate modes at and beyond critical damping. The first vector may contain underdamped modes, whose state at
+   !> time t is already known.
+   pure subroutine propagate_overdamped(before, blocks, t, factors, oscillators, z0, v0, z, v)
+      !> Number of modes in the SIMD vectors before the first of these modes
+      integer, intent(in) :: before
       !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> Index of the first overdamped mode
-      integer, intent(in) :: first
       !> Time, > 0
       real(wp), intent(in) :: t
       !> exp(-decay t)
       real(wp), intent(in) :: factors(lanes*blocks)
-      !> Parameters of the oscillators, as in `oscillators_t`
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
-      !> On entry displacement at time 0; on return displacement at time t
+      type(oscillators_t), intent(in) :: oscillators
+      !> Displacement at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: z0
+      !> Velocity at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: v0
+      !> Displacement at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z
-      !> On entry velocity at time 0; on return velocity at time t
+      !> Velocity at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
@@ -324,28 +310,34 @@ contains
       ! exp(-2 s t), with s the spread
       real(wp), dimension(lanes*blocks) :: fast_factors
       ! separation = 2 s t, ratio = (1 - exp(-2 s t))/(2 s), fast_velocity = v + decay z at time 0
-      real(wp) :: separation, ratio, fast_velocity
+      real(wp) :: decay, separation, ratio, fast_velocity
       ! (s t)^2 in the series, then the new displacement
       real(wp) :: y
-      integer :: i
+      ! as long as real numbers, so that both fill SIMD vectors alike
+      integer(i8) :: b, i, underdamped
 
-      do i = 1, lanes*blocks
-         fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, max_exponent))
+      do i = before + 1, lanes*blocks
+         fast_factors(i) = exp(-min(2.0_wp*oscillators%spread(i)*t, max_exponent))
       end do
-      !$omp simd private(separation, ratio, fast_velocity, y)
-      do i = 1, lanes*blocks
-         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), with s the spread; tends to t as s tends to 0
-         separation = 2.0_wp*spread(i)*t
-         y = 0.25_wp*min(separation, 1.0_wp)**2
-         ratio = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
-            + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
-         ratio = merge(t*sqrt(fast_factors(i))*ratio, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), &
-            separation <= 1.0_wp)
-         ! Contains the fast exponential alone
-         fast_velocity = v(i) + decay(i)*z(i)
-         y = factors(i)*(z(i) + fast_velocity*ratio)
-         z(i) = merge(y, z(i), i >= first)
-         v(i) = merge(factors(i)*fast_velocity*fast_factors(i) - decay(i)*y, v(i), i >= first)
+      underdamped = int(oscillators%underdamped, i8)
+      do b = before, lanes*(blocks - 1), lanes
+         !$omp simd private(decay, separation, ratio, fast_velocity, y)
+         do i = b + 1, b + lanes
+            decay = oscillators%decay(i)
+            ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), with s the spread; tends to t as s tends to 0
+            separation = 2.0_wp*oscillators%spread(i)*t
+            y = 0.25_wp*min(separation, 1.0_wp)**2
+            y = t*sqrt(fast_factors(i))*(1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) &
+               + y*(hyperbolic(4) + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7))))))))
+            ratio = 0.5_wp*(1.0_wp - fast_factors(i))*oscillators%inverse_spread(i)
+            ratio = merge(y, ratio, separation <= 1.0_wp)
+            ! Contains the fast exponential alone
+            fast_velocity = v0(i) + decay*z0(i)
+            y = factors(i)*(z0(i) + fast_velocity*ratio)
+            ratio = factors(i)*fast_velocity*fast_factors(i) - decay*y
+            z(i) = merge(y, z(i), i > underdamped)
+            v(i) = merge(ratio, v(i), i > underdamped)
+         end do
       end do
    end subroutine propagate_overdamped
 

@@ -7,10 +7,9 @@ module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
       transformable_signal_t
-   use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
+   use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate_lanes
    use kinds, only: wp
-   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, &
-      split_exponentials
+   use oscillator_terms, only: add_exponentials, bound_terms, differentiate, split_exponentials
    use short_flights, only: find_short_flight
    use summed_signal, only: add_to_bounds
    use zero_free_steps, only: zero_free_step
@@ -29,18 +28,16 @@ module modal_signal
    end type modal_state_t
 
    !> offset + sum c_i z_i(t) + relaxation exp(-rate t). The last term is the remaining deformation of an unloaded
-   !> compliant stop or of a node without mass.
+   !> compliant stop or of a node without mass. Weights and states are padded with zeros to whole SIMD vectors.
    type, extends(transformable_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> Value of the signal without motion
       real(wp) :: offset = 0.0_wp
-      !> c_i, [count]
+      !> c_i, [padded]
       real(wp), allocatable :: weight(:)
-      !> c_i padded with zeros to whole SIMD vectors
-      real(wp), allocatable, private :: lane_weight(:)
-      !> z_i at t = 0, [count]
+      !> z_i at t = 0, [padded]
       real(wp), allocatable :: z(:)
-      !> z_i' at t = 0, [count]
+      !> z_i' at t = 0, [padded]
       real(wp), allocatable :: v(:)
       !> Whether the signal is a force: modes far beyond critical damping then enter the sum by z_i + 2 zeta z_i'
       !> instead of z_i (the state of all other modes has been replaced by `set_reaction_state`)
@@ -61,7 +58,7 @@ module modal_signal
 
 contains
 
-   !> Prepare a signal; the caller sets its state `z`, `v`.
+   !> Prepare a signal; the caller sets the first `count` elements of its state `z`, `v`.
    subroutine make_modal_signal(oscillators, offset, weight, signal)
       !> The oscillators; they must outlive the signal
       type(oscillators_t), target, intent(in) :: oscillators
@@ -73,10 +70,9 @@ contains
 
       signal%oscillators => oscillators
       signal%offset = offset
-      allocate (signal%weight, source=weight)
-      allocate (signal%lane_weight(padded(size(weight))), source=0.0_wp)
-      signal%lane_weight(:size(weight)) = weight
-      allocate (signal%z(size(weight)), signal%v(size(weight)))
+      allocate (signal%weight(padded(size(weight))), signal%z(padded(size(weight))), signal%v(padded(size(weight))), &
+         source=0.0_wp)
+      signal%weight(:size(weight)) = weight
    end subroutine make_modal_signal
 
    !> Set the state of a reaction signal, a sum over p + 2 zeta p' of each mode p (' = d/dtau). This quantity obeys the
@@ -97,8 +93,8 @@ contains
             reaction%z(i) = z(i) + two_zeta*v(i)
             reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
          end do
-         reaction%z(oscillators%unseparated + 1:) = z(oscillators%unseparated + 1:)
-         reaction%v(oscillators%unseparated + 1:) = v(oscillators%unseparated + 1:)
+         reaction%z(oscillators%unseparated + 1:size(z)) = z(oscillators%unseparated + 1:)
+         reaction%v(oscillators%unseparated + 1:size(z)) = v(oscillators%unseparated + 1:)
       end associate
    end subroutine set_reaction_state
 
@@ -112,24 +108,23 @@ contains
       !> Slope of the signal
       real(wp), intent(out) :: slope
 
-      real(wp), dimension(self%oscillators%count) :: z, v
-      real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
-      real(wp) :: relaxation
+      real(wp), dimension(size(self%weight)) :: z, v, slow, fast
+      real(wp) :: magnitude, relaxation
 
-      if (self%is_viscous) then
-         call state_in_vectors(self, t, lane_z, lane_v, slow, fast)
-         z = lane_z(:size(z))
-         v = lane_v(:size(v))
-      else
-         call propagate(self%oscillators, t, self%z, self%v, z, v)
-         if (associated(self%last)) then
-            self%last%time = t
-            self%last%z(:) = z
-            self%last%v(:) = v
+      associate (oscillators => self%oscillators, n => self%oscillators%count)
+         if (self%is_viscous) then
+            call state_in_vectors(self, t, z, v, slow, fast)
+         else
+            call propagate_lanes(oscillators, n, t, self%z, self%v, z, v, slow)
+            if (associated(self%last)) then
+               self%last%time = t
+               self%last%z(:) = z(:n)
+               self%last%v(:) = v(:n)
+            end if
          end if
-      end if
-      value = self%offset + sum(self%weight*z)
-      slope = sum(self%weight*v)
+      end associate
+      call sum_terms(size(z)/lanes, self%weight, 0.0_wp, z, v, value, slope, magnitude)
+      value = self%offset + value
       if (abs(self%relaxation) > 0.0_wp) then
          relaxation = self%relaxation*exp(-self%rate*t)
          value = value + relaxation
@@ -152,28 +147,26 @@ contains
       class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(modal_signal_t), allocatable :: modal
+      real(wp), dimension(size(self%weight)) :: factors
       real(wp), dimension(self%oscillators%count) :: rate
       real(wp) :: constant
 
       constant = offset
       if (order == 0) constant = offset + factor*self%offset
       allocate (modal)
-      call make_modal_signal(self%oscillators, constant, factor*self%weight, modal)
-      modal%is_viscous = self%is_viscous
-      if (from > 0.0_wp) then
-         call propagate(self%oscillators, from, self%z, self%v, modal%z, modal%v)
-      else
-         modal%z = self%z
-         modal%v = self%v
-      end if
-      modal%rate = self%rate
-      modal%relaxation = factor*self%relaxation*exp(-self%rate*from)
-      if (order == 1) then
-         rate = modal%v
-         modal%v = acceleration(self%oscillators, modal%z, rate)
-         modal%z = rate
-         modal%relaxation = -self%rate*modal%relaxation
-      end if
+      associate (oscillators => self%oscillators, n => self%oscillators%count)
+         call make_modal_signal(oscillators, constant, factor*self%weight(:n), modal)
+         modal%is_viscous = self%is_viscous
+         call propagate_lanes(oscillators, n, max(from, 0.0_wp), self%z, self%v, modal%z, modal%v, factors)
+         modal%rate = self%rate
+         modal%relaxation = factor*self%relaxation*exp(-self%rate*from)
+         if (order == 1) then
+            rate = modal%v(:n)
+            modal%v(:n) = acceleration(oscillators, modal%z(:n), rate)
+            modal%z(:n) = rate
+            modal%relaxation = -self%rate*modal%relaxation
+         end if
+      end associate
       call move_alloc(modal, transformed)
    end subroutine transform
 
@@ -230,7 +223,7 @@ contains
 
       search%outcome = found_none
       if (abs(self%relaxation) > 0.0_wp) return
-      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, harmonics, &
+      call find_short_flight(self%oscillators, self%weight, self%z, self%v, limit, search, slope, harmonics, &
          frequency)
    end subroutine find_end_of_short_flight
 
@@ -250,47 +243,46 @@ contains
       !> False: the length of a step without a zero is not needed
       logical, intent(in), optional :: needs_step
 
-      real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
-      real(wp) :: terms(size(self%lane_weight), term_columns)
-      ! sum of all terms that are not modes
-      real(wp) :: other_terms(term_columns)
-      real(wp) :: magnitude, relaxation, signal, slope
+      real(wp), dimension(size(self%weight)) :: z, v, a, slow, fast
+      real(wp) :: terms(size(self%weight), term_columns)
+      ! sums of the columns of `terms`; then sum of all terms that are not modes
+      real(wp) :: sums(term_columns), other_terms(term_columns)
+      real(wp) :: magnitude, relaxation, slope
       integer :: blocks, k, last
-      logical :: separates
 
-      associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
-         n => self%oscillators%count)
+      associate (oscillators => self%oscillators, weight => self%weight, square => self%oscillators%lane_square)
          blocks = size(weight)/lanes
          last = padded(oscillators%unseparated)
-         separates = oscillators%unseparated < n
          call state_in_vectors(self, t, z, v, slow, fast)
-         call sum_terms(blocks, weight, t, z, v, signal, slope, magnitude)
-         bounds%signal = self%offset + signal
-         bounds%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
-         bounds%value = bounds%signal
-         bounds%rounding = bounds%signal_rounding
+         if (order > 0) then
+            call sum_terms(blocks, weight, t, z, v, bounds%signal, slope, magnitude)
+            bounds%signal_rounding = magnitude
+         end if
          do k = 1, order
             a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last)) &
                - oscillators%mass_rate(:last)*v(:last)
             z(:last) = v(:last)
             v(:last) = a(:last)
-            if (separates) then
-               call differentiate(oscillators, slow, fast)
-               call add_exponentials(oscillators, slow, fast, z, v)
-            end if
+            if (oscillators%unseparated == oscillators%count) cycle
+            call differentiate(oscillators, slow, fast)
+            call add_exponentials(oscillators, slow, fast, z, v)
          end do
-         if (order > 0) then
-            call sum_terms(blocks, weight, 0.0_wp, z, v, bounds%value, slope, magnitude)
-            bounds%rounding = epsilon(1.0_wp)*magnitude
+         call bound_terms(oscillators, weight, z, v, slow, fast, terms)
+         call sum_columns(blocks, merge(t, 0.0_wp, order == 0), terms, sums, magnitude)
+         if (order == 0) then
+            bounds%signal = sums(term_value)
+            bounds%signal_rounding = magnitude
+            if (self%offset > 0.0_wp) bounds%floor = self%offset - sums(bound_value)
          end if
-         bounds%slope = slope
-         call bound_terms(last/lanes, oscillators, weight, z, v, terms)
-         if (separates) call bound_exponentials(oscillators, weight, slow, fast, terms)
-         if (order == 0 .and. self%offset > 0.0_wp) bounds%floor = self%offset - sum(terms(:, bound_value))
-         bounds%curvature = sum(terms(:, term_curvature))
-         bounds%bound = sum(terms(:, bound_curvature))
+         bounds%signal = self%offset + bounds%signal
+         bounds%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + bounds%signal_rounding)
+         bounds%value = merge(bounds%signal, sums(term_value), order == 0)
+         bounds%rounding = merge(bounds%signal_rounding, epsilon(1.0_wp)*magnitude, order == 0)
+         bounds%slope = sums(term_rate)
+         bounds%curvature = sums(term_curvature)
+         bounds%bound = sums(bound_curvature)
          bounds%two_sided_bound = bounds%bound
-         bounds%bound_jerk = sum(terms(:, bound_jerk))
+         bounds%bound_jerk = sums(bound_jerk)
          relaxation = 0.0_wp
          if (abs(self%relaxation) > 0.0_wp) call add_relaxation(self, t, order, bounds, relaxation)
          if (present(added)) call add_to_bounds(added, added_floor, bounds)
@@ -348,18 +340,14 @@ contains
       !> The fast exponentials
       real(wp), contiguous, intent(out) :: fast(:)
 
-      real(wp), dimension(size(self%lane_weight)) :: z0, v0
       integer :: last
 
-      associate (oscillators => self%oscillators, n => self%oscillators%count)
-         z0(n + 1:) = 0.0_wp
-         v0(n + 1:) = 0.0_wp
-         z0(:n) = self%z
-         v0(:n) = self%v
+      associate (oscillators => self%oscillators)
          last = padded(oscillators%unseparated)
-         call propagate_lanes(oscillators, oscillators%unseparated, t, z0(:last), v0(:last), z(:last), v(:last), slow)
-         if (oscillators%unseparated == n) return
-         call split_exponentials(oscillators, self%lane_weight, min_amplitude(self, z0), self%is_viscous, t, z0, v0, &
+         call propagate_lanes(oscillators, oscillators%unseparated, t, self%z(:last), self%v(:last), z(:last), &
+            v(:last), slow)
+         if (oscillators%unseparated == oscillators%count) return
+         call split_exponentials(oscillators, self%weight, min_amplitude(self), self%is_viscous, t, self%z, self%v, &
             slow, fast)
          call add_exponentials(oscillators, slow, fast, z, v)
       end associate
@@ -368,14 +356,12 @@ contains
    !> Amplitude up to which fast exponentials are left out. A signal that starts at zero with zero slope is searched by
    !> its higher derivatives. Fast exponentials dominate the higher derivatives; if their amplitude is below the
    !> rounding error of the signal, they would add nothing but error.
-   pure real(wp) function min_amplitude(self, z0) result(threshold)
+   pure real(wp) function min_amplitude(self) result(threshold)
       type(modal_signal_t), intent(in) :: self
-      !> State at time 0, [padded]
-      real(wp), intent(in) :: z0(:)
 
       threshold = 0.0_wp
       if (self%start_order > 1) then
-         threshold = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%lane_weight*z0)))/real(size(z0), wp)
+         threshold = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%weight*self%z)))/real(size(self%z), wp)
       end if
    end function min_amplitude
 
@@ -409,9 +395,49 @@ contains
          slopes = slopes + weight(:, b)*v(:, b)
          magnitudes = magnitudes + abs(weight(:, b))*(4.0_wp*abs(z(:, b)) + t*abs(v(:, b)))
       end do
-      value = sum(values)
-      slope = sum(slopes)
-      magnitude = sum(magnitudes)
+      value = total(values)
+      slope = total(slopes)
+      magnitude = total(magnitudes)
    end subroutine sum_terms
+
+   !> Sums over the modes of all columns of the terms, and the magnitude of `sum_terms`.
+   pure subroutine sum_columns(blocks, t, terms, sums, magnitude)
+      !> Number of SIMD vectors in each column
+      integer, intent(in) :: blocks
+      !> Time since the start
+      real(wp), intent(in) :: t
+      !> Columns as in `certified_search`
+      real(wp), intent(in) :: terms(lanes, blocks, term_columns)
+      real(wp), intent(out) :: sums(term_columns)
+      !> sum of 4 |value| + t |rate| of the terms
+      real(wp), intent(out) :: magnitude
+
+      real(wp) :: partial(lanes), magnitudes(lanes)
+      integer :: b, k
+
+      do k = 1, term_columns
+         partial = terms(:, 1, k)
+         do b = 2, blocks
+            partial = partial + terms(:, b, k)
+         end do
+         sums(k) = total(partial)
+      end do
+      magnitudes = 0.0_wp
+      do b = 1, blocks
+         magnitudes = magnitudes + 4.0_wp*abs(terms(:, b, term_value)) + t*abs(terms(:, b, term_rate))
+      end do
+      magnitude = total(magnitudes)
+   end subroutine sum_columns
+
+   !> Sum of the elements of a SIMD vector, by halves.
+   pure real(wp) function total(vector)
+      real(wp), intent(in) :: vector(lanes)
+
+      real(wp) :: half(lanes/2), quarter(lanes/4)
+
+      half = vector(:lanes/2) + vector(lanes/2 + 1:)
+      quarter = half(:lanes/4) + half(lanes/4 + 1:)
+      total = quarter(1) + quarter(2)
+   end function total
 
 end module modal_signal

@@ -32,9 +32,9 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Weights of the modes in the signal, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> Displacements of the modes at the start, [count]
+      !> Displacements of the modes at the start, [padded]
       real(wp), intent(in) :: z(:)
-      !> Velocities of the modes at the start, [count]
+      !> Velocities of the modes at the start, [padded]
       real(wp), intent(in) :: v(:)
       !> End of the search
       real(wp), intent(in) :: limit
@@ -79,10 +79,8 @@ contains
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
          ! `add_derivatives` has no damping proportional to mass
          if (any(abs(oscillators%mass_rate) > 0.0_wp)) return
-         low(n + 1:) = 0.0_wp
-         high(n + 1:) = 0.0_wp
-         low(:n) = z
-         high(:n) = v
+         low = z
+         high = v
          rate = oscillators%frequency(n)
          if (oscillators%underdamped < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
          if (rate > max_rate) return
