@@ -17,6 +17,17 @@ LABELS = {"displacement": "displacement in sections", "velocity": "velocity in s
 POINTS = {"tip": "of the tip", "stop": "of the stop point"}
 
 
+def chains_of(group, others):
+    """The places of the cases of each chain; without a carried parameter, of each combination of the other parameters of a grid."""
+    count = len(group["case"])
+    if "chain" in group.attrs:
+        return np.arange(count).reshape(-1, int(np.ravel(group.attrs["chain"])[0]))
+    if not others or plots.text_of(group.attrs["design"]) != "grid":
+        return [np.arange(count)]
+    _, first, member = np.unique(np.array([group[each][()] for each in others]), axis=1, return_index=True, return_inverse=True)
+    return [np.flatnonzero(np.ravel(member) == each) for each in np.argsort(first)]
+
+
 class Diagram:
     """What a picture shows of one file."""
 
@@ -30,24 +41,28 @@ class Diagram:
             self.path = path
             self.title = plots.title_of(file)
             self.parameter = plots.text_of(group.attrs["carry"]) if "carry" in group.attrs else names[-1]
-            length = int(np.ravel(group.attrs["chain"])[0]) if "chain" in group.attrs else len(group[self.parameter])
-            count = len(group[self.parameter])//length
-            if not 1 <= chain <= count:
-                raise plots.Unplottable(f"{path}: has chains 1 to {count}: --chain {chain} is none of them")
-            cases = slice((chain - 1)*length, chain*length)
+            together = [self.parameter, *plots.varied_with(file, self.parameter)]
+            others = [each for each in names if each not in together]
+            chains = chains_of(group, others)
+            if not 1 <= chain <= len(chains):
+                raise plots.Unplottable(f"{path}: has chains 1 to {len(chains)}: --chain {chain} is none of them")
+            cases = chains[chain - 1]
             self.is_carried = "carry" in group.attrs
             if not self.is_carried:
                 # curves join neighbours, and the lists of a scene have any order
-                cases = np.argsort(group[self.parameter][()], kind="stable")
-            self.others = {other: group[other][()][cases][0] for other in names if other != self.parameter and count > 1}
+                cases = cases[np.argsort(group[self.parameter][()][cases], kind="stable")]
+            self.given = ""
+            if plots.text_of(group.attrs["design"]) != "grid":
+                self.given = "".join(f"; {each} varies too" for each in others)
+            elif len(chains) > 1:
+                self.given = "; " + ", ".join(f"{each} = {group[each][()][cases][0]:g}" for each in others)
             self.values = group[self.parameter][()][cases]
-            self.labels = [plots.with_unit(each.replace("_", " "), plots.unit_of(group, each))
-                           for each in [self.parameter, *plots.varied_with(file, self.parameter)]]
+            self.labels = [plots.with_unit(each.replace("_", " "), plots.unit_of(group, each)) for each in together]
             self.sections = group[name][()][cases]
             self.section_unit = plots.unit_of(group, name)
             is_fixed = quantity == "displacement" and not any(word in each for each in names for word in ("preload", "height", "clearance"))
             self.levels = self.read_levels(file, point) if is_fixed else []
-            self.is_back = group["direction"][()][cases] < 0 if "direction" in group else np.zeros(length, bool)
+            self.is_back = group["direction"][()][cases] < 0 if "direction" in group else np.zeros(len(cases), bool)
             self.exponent, self.exponent_unit = None, ""
             if "lyapunov_exponent" in group:
                 self.exponent = group["lyapunov_exponent"][()][cases]
@@ -158,10 +173,11 @@ def draw(diagram, quantity, point):
             draw_amplitude(axes, diagram)
         else:
             draw_exponent(axes, diagram)
-    given = ", ".join(f"{name} = {value:g}" for name, value in diagram.others.items())
-    rows[0, 0].set_title(diagram.title + (f"; {given}" if given else ""))
+    rows[0, 0].set_title(diagram.title + diagram.given)
     rows[-1, 0].set_xlabel("\n".join(diagram.labels))
-    rows[-1, 0].set_xlim(diagram.values.min(), diagram.values.max())
+    # points at the ends are seen whole
+    space = 0.02*(np.ptp(diagram.values) or 1.0)
+    rows[-1, 0].set_xlim(diagram.values.min() - space, diagram.values.max() + space)
     return figure
 
 
@@ -171,7 +187,7 @@ def main():
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--quantity", choices=list(LABELS), default="displacement")
     parser.add_argument("--point", choices=list(POINTS), default="tip")
-    parser.add_argument("--chain", type=int, default=1, help="which chain of several (default 1)")
+    parser.add_argument("--chain", type=int, default=1, help="which chain, or which values of the other parameters, of several (default 1)")
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, NAME_bifurcation.png")
     arguments = parser.parse_args()
     for path in arguments.files:
