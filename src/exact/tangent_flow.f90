@@ -4,6 +4,7 @@
 !> velocities v of the free modes, and the branch forces P2 of compliant contacts with a Maxwell branch
 !> (`branch_force`).
 module tangent_flow
+   use complementarity, only: solve_active
    use constrained_sets, only: constrained_set_t
    use contact_states, only: contact_state_t
    use coupled_modes, only: coupled_amplitudes
@@ -170,6 +171,8 @@ contains
          z0 = constrained_part(constrained, q)
          v0 = constrained_part(constrained, v)
          if (size(now%set%compliant) > 0) then
+            call hold_rigid_contacts(now, z0)
+            call hold_rigid_contacts(now, v0)
             call flow_coupled(now, time, change, is_driven, z0, v0, z1, v1, branch_force)
             call flow_uncoupled(now, time, change, is_driven, now%set%coupled%inactive, z0, v0, z1, v1)
          else
@@ -179,6 +182,28 @@ contains
          v = free_part(constrained, v1)
       end associate
    end subroutine flow_column
+
+   !> Remove from a variation the motion of closed rigid contacts that apply forces, as constrained modes do for those
+   !> that are constraints. At the start of a Poincare map, variations of single modes move such a contact. The
+   !> amplitudes of the terms are linear in the variation only if the contact does not move (`coupled_amplitudes`).
+   subroutine hold_rigid_contacts(now, z)
+      type(phase_state_t), intent(in) :: now
+      !> Displacements or rates of the constrained modes, [modes]
+      real(wp), intent(inout) :: z(:)
+
+      ! indices of these contacts, [rigid]
+      integer, allocatable :: rigid(:)
+      ! values of the constrained modes there, [modes, rigid]
+      real(wp), allocatable :: value(:, :)
+      real(wp), allocatable :: multiplier(:)
+
+      allocate (rigid, source=pack(now%set%compliant, now%states(now%set%compliant)%is_rigid))
+      if (size(rigid) == 0) return
+      value = now%set%constrained%value(:, rigid)
+      allocate (multiplier(size(rigid)))
+      call solve_active(matmul(transpose(value), value), matmul(z, value), spread(.true., 1, size(rigid)), multiplier)
+      z = z + matmul(value, multiplier)
+   end subroutine hold_rigid_contacts
 
    !> Propagate the constrained modes that no compliant contact couples.
    subroutine flow_uncoupled(now, time, change, is_driven, modes, z0, v0, z, rate)
