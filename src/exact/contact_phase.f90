@@ -158,9 +158,10 @@ contains
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
-            ! an evaluated gap above the tolerance proves that the flight is no hop, an upper bound (`ceiling`) below
-            ! the tolerance proves a hop; otherwise a search decides
-            state%may_be_captured = state%may_be_captured .and. search%max_value < state%hop_tolerance
+            ! a gap above the tolerance, evaluated within the phase, proves that the flight is no hop, an upper bound
+            ! (`ceiling`) below the tolerance proves a hop; otherwise a search decides
+            state%may_be_captured = state%may_be_captured .and. (search%max_value < state%hop_tolerance .or. &
+               search%time > self%search%time)
             if (state%may_be_captured .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
       end do

@@ -212,6 +212,8 @@ contains
       integer, intent(in) :: node
       type(step_t), intent(inout) :: step
 
+      ! whether a signal has a zero within the step
+      logical :: has_crossing
       integer :: n, power
 
       power = min(minval(trial_exponents(size(signals), step%at_start, step%bound), mask=signals%is_certified), &
@@ -248,11 +250,13 @@ contains
             end do
          end do
       end associate
+      has_crossing = any(signals%is_certified .and. step%answer == has_one_zero)
       do n = 1, size(signals)
          if (.not. signals(n)%is_certified) step%answer(n) = has_no_zero
          if (.not. signals(n)%is_certified) cycle
          signals(n)%start_order = 0
-         if (step%answer(n) == has_no_zero) signals(n)%max_value = max(signals(n)%max_value, step%at_end(n, 0))
+         ! a zero ends the search within the step: the values at the end of the step are beyond it
+         if (.not. has_crossing) signals(n)%max_value = max(signals(n)%max_value, step%at_end(n, 0))
          signals(n)%ceiling = max(signals(n)%ceiling, step%top(n) + step%bound(n)*step%length**6*error_fraction(0) &
             + step%rounding(n))
       end do
