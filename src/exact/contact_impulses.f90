@@ -126,16 +126,20 @@ contains
       type(impact_contact_t) :: struck(size(reached))
       ! velocity change at each of these contacts per unit impulse at each of them
       real(wp) :: mobility(size(struck), size(struck))
-      real(wp) :: velocity
+      ! velocity at a contact, and its rounding error at the contact that is hit
+      real(wp) :: velocity, first_rounding
       integer :: a, i, k, n
 
       n = 0
+      first_rounding = velocity_rounding(self, first, motion)
       do k = 1, size(reached)
          if (.not. reached(k) .or. is_blocked(self, k)) cycle
          velocity = velocity_of(self, k, motion)
          ! the beam approaches the contact that is hit, even if rounding has made the velocity positive. A contact with
          ! the role `comes_to_rest` takes part even if its gap opens, because it adds no energy without restitution
          if (k == first) velocity = min(velocity, 0.0_wp)
+         ! a body that stands on its floor without a force does not separate from it by a rounding error
+         if (velocity > 0.0_wp .and. .not. velocity > first_rounding) velocity = 0.0_wp
          call add_impact_contact(k, role_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
       if (allocated(self%beam%nodal_shape)) then
