@@ -3,6 +3,7 @@
 module flight_peaks
    use certified_search, only: bounds_t, history_size, search_history_t, transformable_signal_t
    use kinds, only: wp
+   use row_signals, only: bernstein_coefficients, monomial_coefficients
    use signal_peaks, only: peak_tolerance
    implicit none (type, external)
    private
@@ -11,7 +12,7 @@ module flight_peaks
 contains
 
    !> The maximum of a signal between two zeros. If it is certain, no value of the signal exceeds it by more than the
-   !> fraction `peak_tolerance`.
+   !> fraction `peak_tolerance`. An evaluation above the local maximum leads to a higher one.
    subroutine find_peak(signal, history, is_certain, peak, time)
       class(transformable_signal_t), intent(in) :: signal
       !> Evaluations of the search for the second zero; further evaluations are inserted
@@ -23,33 +24,45 @@ contains
       !> Instant of the maximum
       real(wp), intent(out) :: time
 
-      integer, parameter :: max_evaluations = 8
+      integer, parameter :: max_evaluations = 16
       real(wp) :: level
       type(bounds_t) :: bounds
-      integer :: i, evaluations
+      integer :: evaluations, place
 
       call find_local_maximum(signal, history, is_certain, peak, time)
-      if (.not. is_certain) return
       level = peak*(1.0_wp + peak_tolerance)
       evaluations = 0
-      i = 1
-      do while (i < history%count)
-         if (stays_below(level, history%time(i + 1) - history%time(i), history%bounds(i), history%bounds(i &
-            + 1))) then
-            i = i + 1
-            cycle
-         end if
+      place = 1
+      do while (is_certain)
+         place = place_above(history, level, place)
+         if (place == 0) return
          evaluations = evaluations + 1
          is_certain = evaluations <= max_evaluations .and. history%count < history_size
          if (.not. is_certain) return
-         associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
+         associate (t => 0.5_wp*(history%time(place) + history%time(place + 1)))
             call signal%find_bounds(t, 0, bounds, needs_step=.false.)
-            call insert(history, i + 1, t, bounds)
+            call insert(history, place + 1, t, bounds)
          end associate
-         is_certain = bounds%value < level
-         if (.not. is_certain) return
+         if (bounds%value < level) cycle
+         call find_local_maximum(signal, history, is_certain, peak, time)
+         level = peak*(1.0_wp + peak_tolerance)
+         place = 1
       end do
    end subroutine find_peak
+
+   !> Index of the first evaluation such that a signal may reach a level before the next evaluation; 0: none.
+   pure integer function place_above(history, level, first) result(place)
+      type(search_history_t), intent(in) :: history
+      real(wp), intent(in) :: level
+      !> Index at which to begin
+      integer, intent(in) :: first
+
+      do place = first, history%count - 1
+         if (.not. stays_below(level, history%time(place + 1) - history%time(place), history%bounds(place), &
+            history%bounds(place + 1))) return
+      end do
+      place = 0
+   end function place_above
 
    !> Find the local maximum next to the highest evaluation by iteration on the slope, and insert it into the history.
    subroutine find_local_maximum(signal, history, is_found, peak, time)
@@ -71,7 +84,7 @@ contains
       if (place == 0) return
       from = history%time(place)
       to = history%time(place + 1)
-      time = from + (to - from)*cubic_maximum(to - from, history%bounds(place), history%bounds(place + 1))
+      time = from + (to - from)*expected_maximum(to - from, history%bounds(place), history%bounds(place + 1))
       do k = 1, max_evaluations
          ! `bounds` of order 1: `value` is the slope of the signal, `slope` its second, `curvature` its third derivative
          call signal%find_bounds(time, 1, bounds, needs_step=.false.)
@@ -136,15 +149,19 @@ contains
       if (bounds%slope < 0.0_wp .and. radicand > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(radicand) - bounds%slope)
    end function step_to_maximum
 
-   !> Maximum of the cubic through the values and slopes of two evaluations, as a fraction of their distance in time.
-   pure real(wp) function cubic_maximum(distance, earlier, later) result(fraction)
+   !> Maximum of the quintic through the values, slopes and second derivatives of two evaluations, as a fraction of
+   !> their distance in time, by Newton steps from the maximum of the cubic through the values and slopes.
+   pure real(wp) function expected_maximum(distance, earlier, later) result(fraction)
       real(wp), intent(in) :: distance
       !> The earlier evaluation, at which the signal rises
       type(bounds_t), intent(in) :: earlier
       !> The later evaluation, at which the signal falls
       type(bounds_t), intent(in) :: later
 
-      real(wp) :: bend, mean, middle
+      ! coefficients of the powers of the fraction
+      real(wp) :: c(0:5)
+      real(wp) :: bend, mean, middle, refined
+      integer :: round
 
       mean = (later%value - earlier%value)/distance
       ! at fraction x the cubic has the slope earlier%slope + 2 middle x + bend x^2
@@ -152,7 +169,18 @@ contains
       bend = 3.0_wp*(earlier%slope + later%slope - 2.0_wp*mean)
       fraction = earlier%slope/(sqrt(max(middle**2 - bend*earlier%slope, 0.0_wp)) - middle)
       if (.not. (fraction > 0.0_wp .and. fraction < 1.0_wp)) fraction = 0.5_wp
-   end function cubic_maximum
+      c = monomial_coefficients(bernstein_coefficients([earlier%value, earlier%slope, earlier%curvature], &
+         [later%value, later%slope, later%curvature], distance))
+      refined = fraction
+      do round = 1, 3
+         bend = 2.0_wp*c(2) + refined*(6.0_wp*c(3) + refined*(12.0_wp*c(4) + refined*20.0_wp*c(5)))
+         if (.not. bend < 0.0_wp) return
+         refined = refined - (c(1) + refined*(2.0_wp*c(2) + refined*(3.0_wp*c(3) + refined*(4.0_wp*c(4) &
+            + refined*5.0_wp*c(5)))))/bend
+         if (.not. (refined > 0.0_wp .and. refined < 1.0_wp)) return
+      end do
+      fraction = refined
+   end function expected_maximum
 
    !> Whether a signal certainly stays below a level between two evaluations. The time between them is divided at one of
    !> 17 instants. Before this instant a cubic from the earlier evaluation lies above the signal, after this instant a
