@@ -80,7 +80,8 @@ class Sweep:
             self.axes = {name: factors[name] * grid[name][:] for name in self.names} if grid else None
             self.values = {name: factors[name] * group[name][:] for name in parameters}
             self.column = factors[self.measure] * group[self.measure][:].astype(float)
-            self.column[group["status"][:] > 0] = np.nan
+            self.failed = group["status"][:] > 0
+            self.column[self.failed] = np.nan
             if not np.isfinite(self.column).any():
                 others = ", ".join(name for name in known if np.isfinite(group[name][:].astype(float)).any()) or "no measure, as none has values"
                 raise plots.Unplottable(f"{path}: {self.measure} has no value in any case; --measure takes another of {others}")
@@ -113,7 +114,7 @@ class Sweep:
             cases = cases.reshape([len(order) for order in orders])[np.ix_(*orders)].ravel()
             self.axes = {name: self.axes[name][order] for name, order in zip(self.names, orders)}
         self.values = {name: values[cases] for name, values in self.values.items()}
-        self.column = self.column[cases]
+        self.column, self.failed = self.column[cases], self.failed[cases]
         return cases
 
     def is_numbered(self, name):
@@ -160,10 +161,10 @@ class Sweep:
         """The best case of the sweep."""
         return self.case_in_words("best of the sweep", {**self.values, self.measure: self.column}, self.best)
 
-    def cut(self, names):
-        """The measure over some axes of a grid, and the values at which the others are held."""
+    def cut(self, names, column=None):
+        """The measure, or another column, over some axes of a grid, and the values at which the others are held."""
         shape = [len(self.axes[name]) for name in self.names]
-        grid = self.column.reshape(shape)
+        grid = (self.column if column is None else column).reshape(shape)
         place = np.unravel_index(self.cut_case, shape)
         index = tuple(slice(None) if name in names else place[k] for k, name in enumerate(self.names))
         held = {name: self.axes[name][place[k]] for k, name in enumerate(self.names) if name not in names}
@@ -222,10 +223,11 @@ def held_in_words(sweep, held):
         + f" (as in the {case} case)"
 
 
-def without_value_in_words(sweep, values):
-    """How many of the cases shown have no value of the measure."""
-    left = int((~np.isfinite(values)).sum())
-    return f"{left} of {np.size(values)} cases have no {sweep.measure.replace('_', ' ')} within the run" if left else ""
+def without_value_in_words(sweep, values, failed):
+    """How many of the cases shown have no value of the measure, and how many of them failed."""
+    left, failures = int((~np.isfinite(values)).sum()), int(failed.sum())
+    words = f"{left} of {np.size(values)} cases have no {sweep.measure.replace('_', ' ')} within the run" if left else ""
+    return words + (f", {failures} of them failed" if failures else "")
 
 
 def draw_map(sweep, names):
@@ -233,16 +235,16 @@ def draw_map(sweep, names):
     across, up = names
     figure, panel = plt.subplots(figsize=(plots.WIDTH, 4.6), constrained_layout=True)
     norm = colour_scale(sweep.column)
-    never = not np.isfinite(sweep.column).all()
+    values, failed = sweep.column, sweep.failed
     if sweep.axes is not None:
         values, held = sweep.cut([up, across])
+        failed = sweep.cut([up, across], sweep.failed)[0]
         x, y = sweep.places[across], sweep.places[up]
         if min(values.shape) < 2:
             raise plots.Unplottable("a map needs at least two values of each of its parameters")
         panel.set_facecolor("0.8")
         mesh = panel.pcolormesh(edges_of(x, sweep.has_log_axis(across)), edges_of(y, sweep.has_log_axis(up)),
                                 np.ma.masked_invalid(values), cmap=COLOURS, norm=norm, rasterized=True)
-        never = not np.isfinite(values).all()
     else:
         held = {name: 0.0 for name in sweep.names if name not in names}
         known = np.isfinite(sweep.column)
@@ -257,8 +259,10 @@ def draw_map(sweep, names):
         panel.plot(x, y, "-", color=BEST, linewidth=0.8)
         panel.plot(x[-1:], y[-1:], "*", color=BEST, mec="white", mew=0.6, ms=14, clip_on=False, zorder=5,
                    label=sweep.case_in_words("refined", sweep.path, -1))
-    if never:
-        panel.plot([], [], "s", color="0.75" if sweep.axes is None else "0.8", mec="0.5", mew=0.5, label="not reached in the run")
+    never = ~np.isfinite(values) & ~failed
+    words = " or ".join(text for text, cases in (("not reached in the run", never), ("failed", failed)) if cases.any())
+    if words:
+        panel.plot([], [], "s", color="0.75" if sweep.axes is None else "0.8", mec="0.5", mew=0.5, label=words)
     panel.set_xlabel(sweep.label(across))
     panel.set_ylabel(sweep.label(up))
     panel.margins(0.0 if sweep.axes is not None else 0.02)
@@ -289,18 +293,20 @@ def in_family(sweep, family, words, source, index):
 def draw_curves(sweep, name, family):
     """One measure over one parameter, a curve for some values of another."""
     figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.8), constrained_layout=True)
-    held, values = {}, sweep.column
+    held, values, failed = {}, sweep.column, sweep.failed
     if sweep.axes is None:
         order = np.argsort(sweep.values[name])
         panel.plot(sweep.values[name][order], sweep.column[order], ".-" if sweep.is_paired else ".", color=plots.COLOURS[0],
                    markersize=5 if sweep.is_paired else 3, linewidth=0.6)
     elif family is None:
         values, held = sweep.cut([name])
+        failed = sweep.cut([name], sweep.failed)[0]
         panel.plot(sweep.places[name], values, color=plots.COLOURS[0], marker=".", markersize=3)
     else:
         values, held = sweep.cut([family, name])
+        failed = sweep.cut([family, name], sweep.failed)[0]
         chosen = np.unique(np.linspace(0, len(sweep.axes[family]) - 1, len(plots.COLOURS)).round().astype(int))
-        values = values[chosen]
+        values, failed = values[chosen], failed[chosen]
         for k, row in enumerate(chosen):
             # without a mark, a value between cases without one would not be seen
             known = np.isfinite(values[k])
@@ -325,7 +331,7 @@ def draw_curves(sweep, name, family):
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
     figure.suptitle(sweep.title, fontsize=11)
-    words = [text for text in (held_in_words(sweep, held), without_value_in_words(sweep, values)) if text]
+    words = [text for text in (held_in_words(sweep, held), without_value_in_words(sweep, values, failed)) if text]
     if words:
         panel.set_title("\n".join(words), fontsize=9)
     return figure
@@ -386,7 +392,7 @@ def draw_parallel(sweep):
     for side in panel.spines.values():
         side.set_visible(False)
     figure.suptitle(sweep.title, fontsize=11)
-    panel.set_title(without_value_in_words(sweep, sweep.column), fontsize=9)
+    panel.set_title(without_value_in_words(sweep, sweep.column, sweep.failed), fontsize=9)
     if sweep.best is not None:
         panel.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=1, fontsize=8)
     return figure
