@@ -35,27 +35,26 @@ contains
       !> True: a pivot is less than `min_pivot`, and X is undefined. If absent, such a pivot is replaced by `min_pivot`.
       logical, intent(out), optional :: is_singular
 
-      complex(wp) :: factor, swap
-      real(wp) :: row_scale
-      integer :: i, j, k, n, pivot
+      complex(wp) :: factor(size(a, 1)), swap
+      real(wp) :: row_scale(size(a, 1))
+      integer :: j, k, n, pivot
 
       if (present(is_singular)) is_singular = .false.
       n = size(a, 1)
-      do i = 1, n
-         row_scale = 0.0_wp
-         do j = 1, n
-            row_scale = max(row_scale, abs1(a(i, j)))
-         end do
-         ! the right-hand sides of a row of zeros must not overflow
-         if (.not. row_scale > tiny(1.0_wp)) row_scale = 1.0_wp
-         a(i, :) = a(i, :)/row_scale
-         solution(i, :) = solution(i, :)/row_scale
+      row_scale = 0.0_wp
+      do j = 1, n
+         row_scale = max(row_scale, abs1(a(:, j)))
+      end do
+      ! the right-hand sides of a row of zeros must not overflow
+      where (.not. row_scale > tiny(1.0_wp)) row_scale = 1.0_wp
+      do j = 1, n
+         a(:, j) = a(:, j)/row_scale
+      end do
+      do j = 1, size(solution, 2)
+         solution(:, j) = solution(:, j)/row_scale
       end do
       do k = 1, n
-         pivot = k
-         do i = k + 1, n
-            if (abs1(a(i, k)) > abs1(a(pivot, k))) pivot = i
-         end do
+         pivot = k - 1 + maxloc(abs1(a(k:, k)), dim=1)
          if (pivot /= k) then
             do j = 1, n
                swap = a(k, j)
@@ -75,17 +74,19 @@ contains
             end if
             a(k, k) = min_pivot
          end if
-         do i = k + 1, n
-            factor = a(i, k)/a(k, k)
-            a(i, k + 1:) = a(i, k + 1:) - factor*a(k, k + 1:)
-            solution(i, :) = solution(i, :) - factor*solution(k, :)
+         factor(k + 1:) = a(k + 1:, k)/a(k, k)
+         do j = k + 1, n
+            a(k + 1:, j) = a(k + 1:, j) - factor(k + 1:)*a(k, j)
+         end do
+         do j = 1, size(solution, 2)
+            solution(k + 1:, j) = solution(k + 1:, j) - factor(k + 1:)*solution(k, j)
          end do
       end do
       do k = n, 1, -1
-         factor = 1.0_wp/a(k, k)
-         solution(k, :) = factor*solution(k, :)
-         do i = 1, k - 1
-            solution(i, :) = solution(i, :) - a(i, k)*solution(k, :)
+         factor(k) = 1.0_wp/a(k, k)
+         do j = 1, size(solution, 2)
+            solution(k, j) = factor(k)*solution(k, j)
+            solution(:k - 1, j) = solution(:k - 1, j) - a(:k - 1, k)*solution(k, j)
          end do
       end do
    end subroutine eliminate

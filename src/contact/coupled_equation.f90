@@ -16,7 +16,9 @@
 !> matrix (N + M H, M B; -B', D) with b_k in the columns of B, D_k in the diagonal matrix D, and the other modes in H.
 module coupled_equation
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
+   use damped_oscillators, only: lanes, padded
    use kinds, only: wp
+   use panel_products, only: multiply_panel
    use pole_offsets, only: find_mode_poles, secular_t, abs1, strengths
    use small_equations, only: eliminate_bordered
    implicit none (type, external)
@@ -34,8 +36,9 @@ module coupled_equation
       type(dynamic_stiffness_t), allocatable :: spring(:)
       !> Index of the pole of the branch of each stop, [stops]; 0: the stop has no branch
       integer, allocatable :: branch_pole(:)
-      !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
-      real(wp), allocatable :: product(:, :)
+      !> b_ij b_ik of each pair of stops j <= k, with zeros up to whole SIMD vectors and an even number of modes,
+      !> [lanes, even modes, vectors]
+      real(wp), allocatable :: product(:, :, :)
       !> Sum of b_ij^2 over the stops, [modes]
       real(wp), allocatable :: squared_value(:)
    end type coupled_equation_t
@@ -78,7 +81,7 @@ module coupled_equation
       !> Copy of T_i for the elimination, [2 stops, 2 stops]
       complex(wp), allocatable, private :: elimination(:, :)
       !> Real and imaginary part of 1/D_i, and of minus its derivative, zero for the separated mode and the dominant
-      !> ones, [modes, 4]
+      !> ones, [even modes, 4]
       real(wp), allocatable :: term(:, :)
    end type coupled_vectors_t
 
@@ -98,7 +101,7 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_equation_t), intent(out) :: problem
 
-      integer :: j, k
+      integer :: j, k, pair
       ! whether a branch or damper may creep slowly, so that 0 is stored as a pole, too
       logical :: creeps
 
@@ -131,15 +134,26 @@ contains
          problem%relative(problem%poles) = 1.0_wp
       end if
       allocate (problem%squared_value, source=sum(value**2, dim=2))
-      allocate (problem%product(size(square), (size(spring)*(size(spring) + 1))/2))
+      associate (pairs => (size(spring)*(size(spring) + 1))/2)
+         allocate (problem%product(lanes, even(size(square)), padded(pairs)/lanes), source=0.0_wp)
+      end associate
+      pair = 0
       do k = 1, size(spring)
          do j = 1, k
-            problem%product(:, (k*(k - 1))/2 + j) = value(:, j)*value(:, k)
+            problem%product(mod(pair, lanes) + 1, :size(square), pair/lanes + 1) = value(:, j)*value(:, k)
+            pair = pair + 1
          end do
       end do
       ! poles whose distance from -1/(2 zeta) is less than half of 1/(2 zeta)
       problem%is_clustered = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_coupled_equation
+
+   !> The number itself if it is even, else the next one.
+   pure integer function even(number)
+      integer, intent(in) :: number
+
+      even = number + mod(number, 2)
+   end function even
 
    !> Evaluate the equation at one s. The separated mode is that with the nearest pole or, if none is given, that which
    !> moves the stops most: a separated mode that hardly moves the stops would leave a root of the other modes in T_i.
@@ -163,7 +177,8 @@ contains
          vectors%m(stops), vectors%n_slope(stops), vectors%m_slope(stops), vectors%slope_times_right(2*stops), &
          vectors%matrix(2*stops, 2*stops), vectors%slopes(2*stops, 2*stops), &
          vectors%solution(2*stops, 2*stops + 1), vectors%elimination(2*stops, 2*stops), &
-         vectors%term(problem%modes, 4))
+         vectors%term(even(problem%modes), 4))
+      vectors%term(problem%modes:, :) = 0.0_wp
       vectors%mode = 0
       if (near > 0 .and. near <= 2*problem%modes) then
          vectors%mode = (near + 1)/2
@@ -236,11 +251,13 @@ contains
       complex(wp), contiguous, intent(in) :: distance(:)
       type(coupled_vectors_t), intent(inout) :: vectors
 
+      ! entries of H of some pairs of stops and minus their derivatives, real and imaginary parts
+      real(wp) :: sums(lanes, 4)
       ! `h_slope` is minus the derivative of the entry h of H
       complex(wp) :: h, h_slope
       ! real and imaginary parts of the sum of both distances of a mode, of their inverses, and of 1/D_i
       real(wp) :: a, b, first, first_imag, second, second_imag, total, total_imag, x, y
-      integer :: i, j, k, pair
+      integer :: i, j, k, lane, pair
 
       ! columns 1, 2: 1/D_i; columns 3, 4: D_i'/D_i, which is the sum of 1/(s - pole) over the two poles of mode i
       !$omp simd private(a, b, first, first_imag, second, second_imag, total, total_imag, x, y)
@@ -285,8 +302,12 @@ contains
       pair = 0
       do k = 1, size(problem%spring)
          do j = 1, k
+            lane = mod(pair, lanes) + 1
+            if (lane == 1) call multiply_panel(size(vectors%term, 1), problem%product(:, :, pair/lanes + 1), &
+               vectors%term(:, 1), vectors%term(:, 2), vectors%term(:, 3), vectors%term(:, 4), sums)
             pair = pair + 1
-            call sum_terms(problem%product(:, pair), vectors%term, h, h_slope)
+            h = cmplx(sums(lane, 1), sums(lane, 2), wp)
+            h_slope = cmplx(sums(lane, 3), sums(lane, 4), wp)
             vectors%matrix(j, k) = vectors%m(j)*h
             vectors%slopes(j, k) = vectors%m_slope(j)*h - vectors%m(j)*h_slope
             vectors%matrix(k, j) = vectors%m(k)*h
@@ -307,22 +328,20 @@ contains
       ! terms of the dominant modes over the sum of all others
       real(wp), parameter :: much = 1.0e3_wp
       real(wp) :: highest, strength(problem%modes)
-      integer :: first(size(problem%spring)), found, i, pair
+      integer :: first(size(problem%spring)), found, i
 
       found = 0
       if (size(problem%spring) > 1) then
-         strength = 0.0_wp
-         pair = 0
-         do i = 1, size(problem%spring)
-            pair = pair + i
-            strength = strength + problem%product(:, pair)*(abs(vectors%term(:, 1)) + abs(vectors%term(:, 2)))
-         end do
-         do i = 1, min(size(first), problem%modes)
-            first(i) = maxloc(strength, dim=1)
-            highest = strength(first(i))
-            strength(first(i)) = 0.0_wp
-            if (highest > much*sum(strength)) found = i
-         end do
+         strength = problem%squared_value*(abs(vectors%term(:problem%modes, 1)) + abs(vectors%term(:problem%modes, 2)))
+         ! in most cases more modes than there are stops are within this factor of the strongest
+         if (count(much*strength > maxval(strength)) <= size(first)) then
+            do i = 1, min(size(first), problem%modes)
+               first(i) = maxloc(strength, dim=1)
+               highest = strength(first(i))
+               strength(first(i)) = 0.0_wp
+               if (highest > much*sum(strength)) found = i
+            end do
+         end if
       end if
       vectors%dominant = first(:found)
    end subroutine find_dominant
@@ -349,36 +368,6 @@ contains
          vectors%slopes(j, j) = distance(2*k - 1) + distance(2*k)
       end do
    end subroutine add_dominant
-
-   !> Entry of H and minus its derivative: sums of the products b_ij b_ik of two stops times 1/D_i, and times minus the
-   !> derivative of 1/D_i.
-   pure subroutine sum_terms(weight, term, h, h_slope)
-      !> b_ij b_ik, [modes]
-      real(wp), contiguous, intent(in) :: weight(:)
-      !> Real and imaginary parts of 1/D_i and of minus its derivative, [modes, 4]
-      real(wp), contiguous, intent(in) :: term(:, :)
-      !> Entry of H
-      complex(wp), intent(out) :: h
-      !> Minus the derivative of h
-      complex(wp), intent(out) :: h_slope
-
-      real(wp) :: a, b, c, d
-      integer :: i
-
-      a = 0.0_wp
-      b = 0.0_wp
-      c = 0.0_wp
-      d = 0.0_wp
-      !$omp simd reduction(+:a, b, c, d)
-      do i = 1, size(weight)
-         a = a + weight(i)*term(i, 1)
-         b = b + weight(i)*term(i, 2)
-         c = c + weight(i)*term(i, 3)
-         d = d + weight(i)*term(i, 4)
-      end do
-      h = cmplx(a, b, wp)
-      h_slope = cmplx(c, d, wp)
-   end subroutine sum_terms
 
    !> Solve with T_i for vectors, value and slope of the separated mode, if there is one, and for the requested trace.
    pure subroutine separate_mode(problem, s, needs_trace, distance, vectors)

@@ -358,7 +358,7 @@ contains
          do j = 1, size(problem%spring)
             shape(:) = shape + problem%value(:, j)*modes%force(j, place)
          end do
-         shape(:) = shape*cmplx(vectors%term(:, 1), vectors%term(:, 2), wp)
+         shape(:) = shape*cmplx(vectors%term(:problem%modes, 1), vectors%term(:problem%modes, 2), wp)
          if (vectors%mode > 0) shape(vectors%mode) = 1.0_wp/size_right
          ! forces on a body between two stops almost cancel in slow motion
          shape(vectors%dominant) = -vectors%coordinate/size_right

@@ -23,6 +23,8 @@ module contact_sets
    type :: contact_set_t
       !> Number of the last run that used the set, as counted by the store
       integer :: run = 0
+      !> Number of the last request for the set, as counted by the store
+      integer(i8) :: request = 0_i8
       !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
       !> The beam with rigid contacts as constraints (if each mode has its own damping ratio, only contacts of one
@@ -83,7 +85,7 @@ module contact_sets
    end type contact_set_t
 
    !> Maximum number of stored sets; four stops on both sides have 81 sets.
-   integer, parameter :: max_sets = 128
+   integer, parameter :: max_sets = 1024
    !> Maximum size of the stored sets, bytes.
    real(wp), parameter :: max_bytes = 1.0e8_wp
    !> Maximum size of the stored sets of each other beam, bytes.
@@ -117,6 +119,8 @@ module contact_sets
       integer, public :: max_others = 8
       !> Number of runs so far
       integer :: run = 0
+      !> Number of requests for sets so far
+      integer(i8) :: request = 0_i8
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
    contains
@@ -252,6 +256,7 @@ contains
       integer(i8) :: key
       integer :: i
 
+      store%request = store%request + 1_i8
       key = 0_i8
       do i = 1, size(is_closed)
          if (is_closed(i)) key = ieor(key, shiftl(1_i8, modulo(i, storage_size(key))))
@@ -260,6 +265,7 @@ contains
          if (store%sets(i)%key /= key) cycle
          set => store%sets(i)%set
          if (.not. all(set%is_closed .eqv. is_closed)) cycle
+         set%request = store%request
          is_new = set%run /= store%run
          if (is_new) then
             set%has_rows = .false.
@@ -277,6 +283,7 @@ contains
       store%count = store%count + 1
       store%sets(store%count) = set_pointer_t(set, key)
       set%run = store%run
+      set%request = store%request
       call make_set(store, is_closed, set, error)
       if (.not. allocated(error)) return
       ! later runs must not find a set without terms
@@ -294,23 +301,21 @@ contains
       call find_static_state(beam, constrained)
    end subroutine update_constrained
 
-   !> Deallocate the oldest sets until a further set fits into the store.
+   !> Deallocate the sets that were not requested for longest until a further set fits into the store.
    subroutine make_room(store)
       type(set_store_t), intent(inout) :: store
 
       real(wp) :: bytes
-      integer :: first
+      integer :: i, oldest
 
       bytes = bytes_in(store)
-      first = 1
-      do while (first <= store%count .and. (store%count == max_sets .or. bytes > max_bytes))
-         if (associated(store%sets(first)%set, store%in_use)) then
-            first = first + 1
-            cycle
-         end if
-         bytes = bytes - bytes_of(store%sets(first)%set)
-         call drop_set(store%sets(first)%set)
-         store%sets(first:store%count - 1) = store%sets(first + 1:store%count)
+      do while (store%count == max_sets .or. bytes > max_bytes)
+         oldest = minloc([(store%sets(i)%set%request, i=1, store%count)], dim=1, &
+            mask=[(.not. associated(store%sets(i)%set, store%in_use), i=1, store%count)])
+         if (oldest == 0) return
+         bytes = bytes - bytes_of(store%sets(oldest)%set)
+         call drop_set(store%sets(oldest)%set)
+         store%sets(oldest:store%count - 1) = store%sets(oldest + 1:store%count)
          store%count = store%count - 1
       end do
    end subroutine make_room
