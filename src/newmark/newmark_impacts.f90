@@ -70,18 +70,27 @@ contains
       !> Whether the contacts replace nodal velocities
       logical, intent(out) :: is_nodal
 
+      ! normal velocities at the contacts; < 0: the beam approaches the contact
+      real(wp) :: rates(size(run%contacts))
+      ! whether the beam touches each contact
+      logical :: touched(size(run%contacts))
+      ! normal velocity that is a rounding error of the fastest approach
+      real(wp) :: rounding
       integer :: k, role
-      ! normal velocity; < 0: the beam approaches the contact
-      real(wp) :: rate
 
+      do k = 1, size(rates)
+         rates(k) = gap_rate_at(run, k, run%states(run%now))
+         touched(k) = is_touched(run, k)
+      end do
+      ! a body that stands on its floor without a force does not separate from it by a rounding error
+      rounding = 8.0_wp*epsilon(1.0_wp)*max(0.0_wp, maxval(-rates, mask=touched))
       n = 0
-      do k = 1, size(run%contacts)
-         rate = gap_rate_at(run, k, run%states(run%now))
-         associate (contact => run%contacts(k))
+      do k = 1, size(rates)
+         associate (contact => run%contacts(k), rate => rates(k))
             if (contact%status == is_constrained .or. contact%is_stopped) then
                role = stays_closed
             else
-               if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
+               if (.not. touched(k) .or. (rate > rounding .and. .not. is_last)) cycle
                role = rebounds
                ! a flight that begins at this instant (`begins_now`) has not been low yet
                if (is_last .or. rate >= 0.0_wp .or. &
