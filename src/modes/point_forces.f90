@@ -47,8 +47,9 @@ contains
       allocate (matrix(points + size(slow), points + size(slow)), right(points + size(slow), 1))
       matrix = 0.0_wp
       do k = 1, points
-         do j = 1, points
+         do j = 1, k
             matrix(j, k) = sum(value(:, j)*value(:, k)*inverse)
+            matrix(k, j) = matrix(j, k)
          end do
          matrix(k, k) = matrix(k, k) + flexibility(k)
          right(k, 1) = gap(k) - sum(value(:, k)*(inverse*load))
