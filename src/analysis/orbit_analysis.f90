@@ -165,7 +165,8 @@ contains
       associate (orbit => self%study%orbit)
          write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
             orbit%is_stable()))//', of '//counted(orbit%periods, 'load period') &
-            //phrase(units, ', {tau~t} = ', 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
+            //phrase(units, ' of {tau~t} = ', 'time', orbit%period, decimals)//', with ' &
+            //counted(orbit%impacts, 'impact')
          write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
             counted(orbit%iterations, 'step')//" of Newton's method"
          do i = 1, min(max_shown, size(orbit%multiplier))
