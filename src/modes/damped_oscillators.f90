@@ -314,13 +314,15 @@ contains
       ! (s t)^2 in the series, then the new displacement
       real(wp) :: y
       ! as long as real numbers, so that both fill SIMD vectors alike
-      integer(i8) :: b, i, underdamped
+      integer(i8) :: b, first, i, last, underdamped
 
-      do i = before + 1, lanes*blocks
+      first = int(before, i8)
+      last = int(lanes*blocks, i8)
+      do i = first + 1, last
          fast_factors(i) = exp(-min(2.0_wp*oscillators%spread(i)*t, max_exponent))
       end do
       underdamped = int(oscillators%underdamped, i8)
-      do b = before, lanes*(blocks - 1), lanes
+      do b = first, last - lanes, lanes
          !$omp simd private(decay, separation, ratio, fast_velocity, y)
          do i = b + 1, b + lanes
             decay = oscillators%decay(i)

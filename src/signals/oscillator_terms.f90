@@ -263,7 +263,7 @@ contains
       integer(i8) :: b, i, unchanged
 
       unchanged = int(oscillators%unseparated, i8)
-      do b = before, count - lanes, lanes
+      do b = int(before, i8), int(count - lanes, i8), lanes
          !$omp simd private(fast_rate, fast_term, rate, slow_term)
          do i = b + 1, b + lanes
             rate = oscillators%decay(i)
