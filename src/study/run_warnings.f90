@@ -2,6 +2,7 @@
 !> without a limit on finer meshes, stress cycles that are counted in a part of the run only, and a run that ends soon
 !> after its settling time.
 module run_warnings
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use history_list, only: eta_tip
    use kinds, only: pi, wp
    use load_settings, only: field_mode, start_drop, start_velocity
@@ -101,7 +102,8 @@ contains
       ! half a period of the first frequency, in tau
       real(wp), parameter :: half_period = pi
 
-      answer = settling_tau > 0.0_wp .and. duration - settling_tau < half_period
+      answer = .not. ieee_is_nan(settling_tau)
+      if (answer) answer = settling_tau > 0.0_wp .and. duration - settling_tau < half_period
    end function ends_unsettled
 
    !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a
