@@ -12,8 +12,8 @@ module exact_motion
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
-   use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, max_stalled, open_trials, settle_length, &
-      shorten, trials_t
+   use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, lengthen, max_stalled, open_trials, &
+      settle_length, shorten, trials_t
    use moment_places, only: open_moments
    use motion_advance, only: advance
    use motion_phases, only: motion_t
@@ -237,13 +237,15 @@ contains
          if (allocated(fewer)) then
             check%compared_modes = size(more%modes%lambda)
             call judge_trials(trials, fewer%response, more%response, check, early)
+            if (check%agrees .and. trials%full_length > 0.0_wp) call compare_longer(model, sets, trials, fewer, more, &
+               check, early)
             if (check%agrees) early = check
             ! agreement up to the first contacts alone is used if no later comparison agrees for longer
             if (check%agrees .or. (early%agrees .and. .not. allocated(enough))) then
                enough_check = early
                call move_alloc(fewer, enough)
             end if
-            if (check%agrees .or. trials%stalled >= max_stalled) exit
+            if (check%agrees .or. trials%stalled >= max_stalled .or. .not. more%is_done) exit
          end if
          call move_alloc(more, fewer)
          count = next_count(count)
@@ -255,6 +257,32 @@ contains
       lowest = enough%count
       allocate (modes, source=enough%modes)
    end subroutine try_numbers
+
+   !> Repeat two trials that agree over the first contacts with the full length, and compare them again. If that would
+   !> cost too much, the comparison over the first contacts remains.
+   subroutine compare_longer(model, sets, trials, fewer, more, check, early)
+      type(beam_model_t), intent(in) :: model
+      type(set_store_t), target, intent(inout) :: sets
+      type(trials_t), intent(inout) :: trials
+      type(trial_t), intent(inout) :: fewer
+      type(trial_t), intent(inout) :: more
+      !> Comparison over the first contacts on entry, over the full length on return
+      type(mode_check_t), intent(inout) :: check
+      !> Comparison over the first contacts
+      type(mode_check_t), intent(inout) :: early
+
+      type(mode_check_t) :: first
+
+      first = check
+      call lengthen(trials)
+      fewer%is_done = .false.
+      more%is_done = .false.
+      call try_modes(model, fewer, sets, trials, check)
+      if (fewer%is_done) call try_modes(model, more, sets, trials, check)
+      early = first
+      check%agrees = .false.
+      if (more%is_done) call judge_trials(trials, fewer%response, more%response, check, early)
+   end subroutine compare_longer
 
    !> Make a trial run. The first trial run is repeated with new lengths until `settle_length` accepts the length.
    subroutine try_modes(model, trial, sets, trials, check)

@@ -15,13 +15,13 @@ module mode_trials
    use stop_contacts, only: contact_t, contacts_of, datum_of
    implicit none (type, external)
    private
-   public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, max_stalled, is_driven
-   public :: compare_runs, horizon_of, trial_settings
+   public :: trials_t, open_trials, can_afford, add_trial, settle_length, lengthen, shorten, judge_trials, max_stalled
+   public :: compare_runs, horizon_of, is_driven, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
-   !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge the
-   !> error.
-   real(wp), parameter :: agreement = 0.05_wp
+   !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
+   !> less in driven runs, of which only statistics are of interest then.
+   real(wp), parameter :: agreement = 0.05_wp, driven_agreement = 0.125_wp
    !> A comparison makes no progress if its difference is at least this fraction of the previous difference.
    real(wp), parameter :: progress = 0.5_wp
    !> After this number of successive comparisons without progress no further set is tried.
@@ -81,6 +81,11 @@ module mode_trials
       logical :: is_lengthened = .false.
       !> Whether the length of the remaining trials has been chosen
       logical :: is_settled = .false.
+      !> Length of trials that agree over the first contacts, tau. Trials of a driven run are shorter until then,
+      !> because most small sets differ at once. 0: trials are as long already
+      real(wp) :: full_length = 0.0_wp
+      !> Evaluations that are expected of a trial of the full length, over those of a shorter trial
+      real(wp) :: growth = 1.0_wp
       !> Work of the trials so far (evaluations times modes)
       real(wp) :: work = 0.0_wp
       !> Maximum work of all trials
@@ -119,9 +124,7 @@ contains
       trials%settings = trial_settings(requested, 1.0_wp)
       if (allocated(trials%settings%stress)) deallocate (trials%settings%stress)
       trials%run_length = requested%response%duration
-      associate (first => findloc(base%lambda > 0.0_wp, .true., dim=1))
-         trials%period = 2.0_wp*pi*(lambda1/base%lambda(first))**2
-      end associate
+      trials%period = 2.0_wp*pi*(lambda1/base%lambda(findloc(base%lambda > 0.0_wp, .true., dim=1)))**2
       trials%window = min(trials%run_length, real(max_periods, wp)*trials%period)
       allocate (courses, source=courses_of(requested))
       associate (harmonic => courses%kind == course_harmonic)
@@ -237,19 +240,40 @@ contains
             end if
          end if
          trials%is_settled = .true.
-         new_length = horizon_of(response, length)
-         if (trials%is_driven) new_length = enough_time(trials, response)
-         if (response%event_count > 0 .and. new_length < length) then
-            associate (events => response%events(:response%event_count))
-               trials%expected = trials%expected*real(1 + count(events%tau <= new_length), wp) &
-                  /real(1 + size(events), wp)
-            end associate
+         if (trials%is_driven) then
+            trials%full_length = enough_time(trials, response)
+            new_length = first_contacts(response, trials%full_length)
+            trials%growth = evaluations_until(trials%full_length)/evaluations_until(new_length)
+            if (.not. new_length < trials%full_length) trials%full_length = 0.0_wp
+         else
+            new_length = horizon_of(response, length)
          end if
+         trials%expected = trials%expected*evaluations_until(new_length)/evaluations_until(length)
          trials%first_expected = trials%expected
          ! the sampling step does not change
          settings%response%duration = new_length
       end associate
+
+   contains
+
+      !> Evaluations until an instant, in evaluations an event.
+      pure real(wp) function evaluations_until(tau) result(number)
+         real(wp), intent(in) :: tau
+
+         number = 1.0_wp
+         if (response%event_count > 0) number = real(1 + count(response%events(:response%event_count)%tau <= tau), wp)
+      end function evaluations_until
    end subroutine settle_length
+
+   !> Give further trials the full length.
+   pure subroutine lengthen(trials)
+      type(trials_t), intent(inout) :: trials
+
+      trials%settings%response%duration = trials%full_length
+      trials%full_length = 0.0_wp
+      trials%expected = trials%growth*trials%expected
+      trials%first_expected = trials%growth*trials%first_expected
+   end subroutine lengthen
 
    !> After the first trial has stopped at the maximum number of events, shorten the trial if enough samples remain for
    !> a comparison.
@@ -304,14 +328,13 @@ contains
       !> two motions differ
       type(mode_check_t), intent(out) :: early
 
-      real(wp) :: horizon, early_horizon
+      real(wp) :: horizon
 
       early = check
       horizon = trials%settings%response%duration
       if (trials%is_driven) then
-         early_horizon = max(min_early_fraction*horizon, min(after_contacts(fewer, horizon), &
-            after_contacts(more, horizon)))
-         call compare_until(trials, early_horizon, fewer, more, early)
+         call compare_until(trials, min(first_contacts(fewer, horizon), first_contacts(more, horizon)), fewer, more, &
+            early)
       else
          horizon = min(horizon_of(fewer, horizon), horizon_of(more, horizon))
       end if
@@ -321,17 +344,18 @@ contains
       trials%difference = check%difference
    end subroutine judge_trials
 
-   !> Instant at which the fourth contact begins; the end of the trial if there are fewer than four.
-   pure real(wp) function after_contacts(response, length) result(tau)
+   !> Instant at which the fourth contact begins, at least a fraction of the length of the trial; the end of the trial
+   !> if there are fewer than four contacts.
+   pure real(wp) function first_contacts(response, length) result(tau)
       type(response_t), intent(in) :: response
       !> Length of the trial, tau
       real(wp), intent(in) :: length
 
       tau = length
       associate (contacts => contact_times(response))
-         if (size(contacts) > min_contacts) tau = min(tau, contacts(min_contacts + 1))
+         if (size(contacts) > min_contacts) tau = min(tau, max(contacts(min_contacts + 1), min_early_fraction*length))
       end associate
-   end function after_contacts
+   end function first_contacts
 
    !> Maximum difference of two trials in the displacements of stops and tip, and whether it is small compared with the
    !> maximum displacement.
@@ -361,10 +385,8 @@ contains
          end associate
       end do
       check%horizon = horizon
-      associate (response => trials%settings%response)
-         check%tolerance = min(response%accuracy*max_displacement, response%mode_tolerance)
-      end associate
-      check%agrees = check%difference <= agreement*check%tolerance
+      check%tolerance = min(trials%settings%response%accuracy*max_displacement, trials%settings%response%mode_tolerance)
+      check%agrees = check%difference <= merge(driven_agreement, agreement, trials%is_driven)*check%tolerance
       if (check%agrees) check%agrees = &
          count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance)
    end subroutine compare_until

@@ -118,7 +118,10 @@ contains
    elemental integer function quantity_named(name)
       character(*), intent(in) :: name
 
-      quantity_named = findloc(quantity_table%name, name, dim=1)
+      ! `findloc` would copy the names at each call
+      do quantity_named = quantity_count, 1, -1
+         if (quantity_table(quantity_named)%name == name) return
+      end do
    end function quantity_named
 
    !> The units of the results of a scene.
@@ -245,6 +248,7 @@ contains
 
       named = trim(name)
       do i = 1, size(greek)
+         if (index(named, trim(greek(i))) == 0) cycle
          place = index('_'//named//'_', '_'//trim(greek(i))//'_')
          if (place > 0) named = named(:place - 1)//trim(latin(i))//named(place + len_trim(greek(i)):)
       end do
