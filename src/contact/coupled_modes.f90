@@ -285,17 +285,17 @@ contains
       ! distance of the centre from the nearest other root or pole
       real(wp) :: clearance
       ! radius of the circle
-      real(wp) :: radius
-      real(wp) :: angle
+      real(wp) :: radius, angle
       integer :: i, k, m, partner
-      ! the root is inside the circle around another root, which represents both
-      logical :: merged(size(s))
+      ! the root is represented: by its own term, or by the circle around it and another root
+      logical :: done(size(s))
       ! the circle has a real centre
       logical :: on_axis
 
-      merged = .false.
+      done = .false.
       do m = 1, size(upper)
-         if (merged(upper(m))) cycle
+         if (done(upper(m))) cycle
+         done(upper(m)) = .true.
          call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
          call vectors_at_root(problem, s(upper(m)), distance, vectors)
          if (vectors%condition > max_condition .and. size(s) > 1) then
@@ -308,10 +308,11 @@ contains
                [(i, i=1, size(s))] /= partner])
             clearance = min(clearance, minval(abs(problem%pole - center)))
             ! the circle stays in the left half-plane, far from all other roots and poles; a circle that is not much
-            ! larger than the separation would need more points, so the roots are then added one by one
+            ! larger than the separation would need more points, so the roots are then added one by one, as if one has
+            ! its term already (its condition number is below the limit)
             radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
-            if (radius >= 2.5_wp*separation) then
-               merged(partner) = .true.
+            if (radius >= 2.5_wp*separation .and. .not. done(partner)) then
+               done(partner) = .true.
                call enlarge_terms(modes, circle_points*size(problem%spring))
                do k = 1, circle_points
                   angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
