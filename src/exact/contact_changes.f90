@@ -68,7 +68,8 @@ contains
          state%is_touched = .false.
          state%start_order = order
          state%hop_tolerance = hop_tolerance
-         state%is_new_flight = .true.
+         ! captures that each open another contact would cancel flights of each other without end
+         state%is_new_flight = order == 1
          state%may_be_captured = .true.
          state%flights = state%flights + 1
       end associate

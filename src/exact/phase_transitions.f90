@@ -103,7 +103,7 @@ contains
             ! a load just before an impact begins a phase without a positive gap, but not the flight
             captures(k)%is_captured = search%outcome == found_cancelled .or. (search%outcome == found_never_positive &
                .and. (start_order > 0 .or. .not. velocity_of(self, k, motion) < -velocity_rounding(self, k, motion))) &
-               .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured)
+               .or. (state%hop_tolerance > 0.0_wp .and. state%may_be_captured .and. start_order < 2)
             ! after a flight from rest that never exceeded rounding, the contact force is taken as positive
             captures(k)%has_reaction = search%outcome == found_never_positive .and. start_order > 1
             if (search%outcome == found_cancelled .or. (search%outcome == found_never_positive .and. &
@@ -278,19 +278,23 @@ contains
 
       ! rigid contacts with zero gap
       logical :: reached(size(self%states))
+      ! reached contacts whose flights have been low, so that the beam does not rebound from them
+      logical :: is_low(size(self%states))
       real(wp) :: velocity
       ! contact that is hit in the next problem; 0: there is none
       integer :: next
       integer :: k, round
 
+      is_low = .false.
       do k = 1, size(self%states)
          reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
          if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
          velocity = velocity_of(self, k, motion)
          reached(k) = gap_of(self, k, motion%q) <= gap_rounding(self, k, motion) + simultaneous*max(-velocity, 0.0_wp)
          ! a low flight that other events interrupted is captured, as that of the contact that is hit
-         captures(k)%is_captured = captures(k)%is_captured .or. (reached(k) .and. self%states(k)%may_be_captured &
-            .and. self%states(k)%hop_tolerance > 0.0_wp .and. velocity < -velocity_rounding(self, k, motion))
+         is_low(k) = reached(k) .and. self%states(k)%may_be_captured .and. self%states(k)%hop_tolerance > 0.0_wp
+         captures(k)%is_captured = captures(k)%is_captured .or. (is_low(k) .and. &
+            velocity < -velocity_rounding(self, k, motion))
       end do
       next = first
       do round = 1, max_rounds
@@ -309,6 +313,7 @@ contains
             end if
          end do
          if (next == 0) exit
+         captures(next)%is_captured = is_low(next)
       end do
       call check_dampers(self, motion, response)
       call update_rigid_contacts(self, captures, motion, response)
@@ -328,6 +333,8 @@ contains
       integer, dimension(size(self%states)) :: candidates
       ! order of the first positive derivative of the gap of each candidate; 0: the contact stays closed
       integer, dimension(size(self%states)) :: orders
+      ! that of the flight that ends
+      real(wp) :: hop_tolerance
       type(event_t) :: event
       integer :: a, k, n
 
@@ -350,6 +357,7 @@ contains
          associate (state => self%states(k), order => orders(a))
             if (captures(k)%has_reaction) order = 0
             if (captures(k)%is_captured) then
+               hop_tolerance = state%hop_tolerance
                state%is_closed = order == 0
                state%is_deformed = .false.
                state%start_order = 0
@@ -362,7 +370,8 @@ contains
                   call measure_impulse(motion%observers%measures, k, motion%tau, captures(k)%impulse)
                   if (order > 0) call open_contact(self, k, order, motion, response)
                end if
-               if (order > 0) call start_flight(self, k, order, 0.0_wp)
+               ! two contacts between which the beam bounces ever faster capture it together
+               if (order > 0) call start_flight(self, k, order, hop_tolerance)
             else if (order > 0) then
                call open_contact(self, k, order, motion, response)
             end if

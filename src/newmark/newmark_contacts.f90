@@ -10,7 +10,7 @@ module newmark_contacts
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_unloaded, is_open, &
-      is_force_free, spring_damper_force, no_rejection, newmark_run_t, contact_energy
+      is_force_free, spring_damper_force, no_rejection, no_stored_start, newmark_run_t, contact_energy
    use newmark_stepper, only: impose_row_value, restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_closed_impulse, event_capture, event_contact, event_impact, &
@@ -206,10 +206,11 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      logical :: was_constrained
+      logical :: was_constrained, was_captured
 
       associate (contact => run%contacts(k), state => run%states(run%now))
          was_constrained = contact%status == is_constrained
+         was_captured = contact%is_captured
          if (reaction > 0.0_wp) then
             state%force(k) = reaction
             contact%status = is_constrained
@@ -220,8 +221,12 @@ contains
             end if
          else
             call open_contact(run, k)
-            if (was_constrained .or. contact%is_captured) call record_event(run, k, event_now(run, k, event_release), &
-               response)
+            ! during a low flight from another contact, the flight continues the low flights before the capture, so it
+            ! is not cancelled but captured: two contacts between which the beam bounces ever faster capture it together
+            contact%may_be_captured = was_captured .and. any(run%contacts%may_be_captured)
+            contact%peak = gap_at(run, k, state)
+            contact%flight_events = no_stored_start
+            if (was_constrained .or. was_captured) call record_event(run, k, event_now(run, k, event_release), response)
          end if
          contact%is_stopped = .false.
          contact%is_captured = .false.

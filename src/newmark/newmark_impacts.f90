@@ -92,11 +92,10 @@ contains
             else
                if (.not. touched(k) .or. (rate > rounding .and. .not. is_last)) cycle
                role = rebounds
-               ! a flight that begins at this instant (`begins_now`) has not been low yet
-               if (is_last .or. rate >= 0.0_wp .or. &
-                  (contact%may_be_captured .and. contact%flight_events /= begins_now)) then
-                  role = comes_to_rest
-               end if
+               ! a flight that begins at this instant (`begins_now`) has not been low yet, unless another low flight
+               ! ends at this instant: two contacts between which the beam bounces ever faster capture it together
+               if (is_last .or. rate >= 0.0_wp .or. (contact%may_be_captured .and. &
+                  (contact%flight_events /= begins_now .or. any(run%contacts%is_captured)))) role = comes_to_rest
             end if
             call add_impact_contact(k, role, rate, contact%contact%settings%restitution, struck, n)
          end associate

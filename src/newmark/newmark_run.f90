@@ -28,8 +28,8 @@ module newmark_run
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
-   public :: whole_step, no_rejection, level_of, begins_now, is_open, is_constrained, is_in_contact, is_unloaded, &
-      is_inactive
+   public :: whole_step, no_rejection, level_of, begins_now, no_stored_start, is_open, is_constrained, is_in_contact, &
+      is_unloaded, is_inactive
    public :: instant_of, gap_at, gap_rate_at, indentation_at, spring_damper_force, is_force_free, force_rounding_at, &
       contact_energy, energy_left
 
