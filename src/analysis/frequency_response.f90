@@ -4,13 +4,14 @@ module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
-   use body_modes, only: append_bodies, count_bodies
+   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
-   use mode_choice, only: common_zeta, rates_of_modes
+   use mode_choice, only: common_zeta, select_modes
+   use point_groups, only: contact_points, extra_points, in_degrees, put_amplitudes
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
@@ -30,8 +31,8 @@ module frequency_response
       !> Amplitude at each contact in the scene's order: of the beam, less that of the body if it is a contact with a
       !> body; of the body at its floor or ceiling, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
-      !> Amplitude of each body, which moves alone on its spring and damper, [bodies, frequencies]
-      complex(wp), allocatable :: body(:, :)
+      !> Amplitude of each extra degree of freedom, on which no contact acts, [extra, frequencies]
+      complex(wp), allocatable :: extra(:, :)
    contains
       procedure :: compute
       procedure :: write => write_group
@@ -53,38 +54,41 @@ contains
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
+      type(beam_model_t) :: whole
       type(free_modes_t) :: modes
+      ! settings in the order of the modes
+      type(run_settings_t) :: ordered
       type(applied_loads_t) :: loads
       type(contact_t), allocatable :: contacts(:)
-      ! modal forces, and values of the modes at tip, bodies and contacts, [modes, number]
+      ! modal forces, and values of the modes at tip, extra degrees of freedom and contacts, [modes, number]
       real(wp), allocatable :: damping(:), force(:, :), row(:, :)
       complex(wp), allocatable :: amplitude(:)
-      integer :: bodies, i, k, mode_count
+      integer :: i, k, mode_count
 
       call find_modes_of_run(model, settings, modes, error)
       if (allocated(error)) return
       mode_count = size(modes%square)
       ! a given number of modes excludes residual modes, and the higher modes of a small mesh
       if (settings%response%mode_count > 0) mode_count = min(mode_count, settings%response%mode_count)
-      bodies = count_bodies(settings)
-      if (bodies > 0) call append_bodies(settings%bodies, mode_count, modes)
-      mode_count = mode_count + bodies
+      ordered = settings
+      call select_modes(mode_count, modes, ordered)
+      whole = model
+      call add_extra_dofs(settings, whole)
       allocate (contacts, source=contacts_of(settings))
-      call gather_loads(model, settings, loads)
-      associate (order => model%mass%order, mode => modes%mode(:, :mode_count), square => modes%square(:mode_count))
+      call gather_loads(whole, settings, loads)
+      associate (mode => modes%mode, square => modes%square, extra => size(whole%extra))
          force = matmul(transpose(mode), loads%vector)
          ! coefficient 2 zeta W^2 + alpha of each modal velocity
-         damping = 2.0_wp*common_zeta(settings)*square + rates_of_modes(settings, square, modes%body)
-         allocate (row(mode_count, 1 + bodies + size(contacts)))
+         damping = 2.0_wp*common_zeta(settings)*square + modes%rate
+         allocate (row(size(square), 1 + extra + size(contacts)))
          row(:, 1) = mode(modes%tip_dof, :)
-         row(:, 2:1 + bodies) = transpose(mode(order + 1:, :))
+         row(:, 2:1 + extra) = transpose(mode(size(mode, 1) - extra + 1:, :))
          do k = 1, size(contacts)
-            row(:, 1 + bodies + contacts(k)%number) = contacts(k)%sign*shape_of_contact(contacts(k), &
-               model%stop_dofs(contacts(k)%stop), order, mode)
+            row(:, 1 + extra + contacts(k)%number) = contacts(k)%sign*shape_of_contact(contacts(k), whole, mode)
          end do
          self%frequency = frequencies_of(scene%frequency_response)
          associate (unused => response, points => size(self%frequency))
-            allocate (self%tip(points), self%body(bodies, points), self%stop(size(contacts), points))
+            allocate (self%tip(points), self%extra(extra, points), self%stop(size(contacts), points))
          end associate
          do i = 1, size(self%frequency)
             associate (omega => self%frequency(i))
@@ -92,8 +96,8 @@ contains
                   /cmplx(square - omega**2, omega*damping, wp), row)
             end associate
             self%tip(i) = amplitude(1)
-            self%body(:, i) = amplitude(2:1 + bodies)
-            self%stop(:, i) = amplitude(2 + bodies:)
+            self%extra(:, i) = amplitude(2:1 + extra)
+            self%stop(:, i) = amplitude(2 + extra:)
          end do
       end associate
    end subroutine compute
@@ -142,35 +146,14 @@ contains
       class(frequency_response_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
 
-      character(*), parameter :: at_stops = 'surface omega', of_bodies = 'body omega'
-      integer :: k
-
       call group%attribute('meaning', 'displacements, relative to the base, of the beam with its stops open: ' &
          //'amplitude times sin(omega t + phase), where loads have their amplitudes and phases, all at omega')
       call group%put('omega', self%frequency, 'frequency', '{omega over omega1~frequency of the loads}', &
          is_scale=.true.)
       call group%put('amplitude_tip', abs(self%tip), 'displacement', 'amplitude of the tip', 'omega')
-      call group%put('phase_tip', degrees(self%tip), 'number', 'its phase in degrees', 'omega')
-      if (size(self%body, 1) > 0) then
-         call group%put('body', [(k, k=1, size(self%body, 1))], 'body, in the order of &body', is_scale=.true.)
-         call group%put('amplitude_body', abs(self%body), 'displacement', &
-            'amplitude of the body alone on its spring and damper', of_bodies)
-         call group%put('phase_body', degrees(self%body), 'number', 'its phase in degrees', of_bodies)
-      end if
-      if (size(self%stop, 1) == 0) return
-      call group%put('surface', [(k, k=1, size(self%stop, 1))], &
-         'surface, in the order of &stop and &body, below before above', is_scale=.true.)
-      call group%put('amplitude_stop', abs(self%stop), 'displacement', &
-         'amplitude of the beam there, relative to the body if it is one; at floor and ceiling that of the body', &
-         at_stops)
-      call group%put('phase_stop', degrees(self%stop), 'number', 'its phase in degrees', at_stops)
+      call group%put('phase_tip', in_degrees(self%tip), 'number', 'its phase in degrees', 'omega')
+      call put_amplitudes(group, extra_points, self%extra)
+      call put_amplitudes(group, contact_points, self%stop)
    end subroutine write_group
-
-   !> Phase of a complex amplitude in degrees; 0 if the amplitude is 0.
-   elemental real(wp) function degrees(amplitude) result(phase)
-      complex(wp), intent(in) :: amplitude
-
-      phase = atan2(aimag(amplitude), real(amplitude, wp))*(180.0_wp/acos(-1.0_wp))
-   end function degrees
 
 end module frequency_response

@@ -10,6 +10,7 @@ module orbit_analysis
    use orbit_search, only: find_orbits
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_names, &
       mark_torus, orbit_branch_t, orbit_point_t, orbit_study_t
+   use point_groups, only: contact_points, put_motion, put_points
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: with_decimals, phrase, value_in_units
@@ -79,13 +80,8 @@ contains
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
          if (size(study%stop, 1) > 0) then
-            call group%put('surface', [(k, k=1, size(study%stop, 1))], &
-               'surface, in the order of &stop and &body, below before above', is_scale=.true.)
-            call group%put('displacement_stop', study%stop, 'displacement', &
-               'displacement of the beam there, up from the unstressed beam, relative to the body if it is one; ' &
-               //'at floor and ceiling that of the body', 'surface tau')
-            call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
-               'surface tau')
+            call put_points(group, contact_points, size(study%stop, 1))
+            call put_motion(group, contact_points, study%stop, study%stop_velocity)
          end if
          if (.not. allocated(study%branch)) return
          call group%attribute('branches', [size(study%branch)])

@@ -1,10 +1,9 @@
 !> The names that a scene can contain, listed for users in columns or as a table in Markdown.
 module name_list
    use failures, only: fail, failure_t, status_bad_input
-   use measure_list, only: demand_of, first_of_stops, measure_count, measure_status, measure_table, measured_bodies, &
-      measured_groups, measured_stops, statistics_of_stop
+   use measure_list, only: demand_of, first_of_stops, likewise_measured, measure_count, measure_status, measure_table, &
+      measured_groups, statistics_of_stop
    use namelist_tokens, only: lower_case
-   use number_text, only: to_text
    use process, only: open_text, text_of
    use quantities, only: units_t, words_in
    use scene_reference, only: hint_for_group, list_names, reference_t
@@ -115,8 +114,7 @@ contains
             name%default = ''
             name%meaning = words_in(units_t(are_physical=.true.), trim(measure%meaning))
             if (i >= first_of_stops .and. i < first_of_stops + size(statistics_of_stop)) name%meaning = name%meaning &
-               //'; likewise stop_2 to stop_'//to_text(measured_stops)//', body_1 to body_'//to_text(measured_bodies) &
-               //', floor_1 to floor_'//to_text(measured_bodies)
+               //likewise_measured
          end associate
       end do
       names = names(:count)

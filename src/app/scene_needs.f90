@@ -11,7 +11,7 @@ module scene_needs
    use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, short_text
    use mesh_choice, only: max_elements_found
    use number_text, only: to_text
-   use run_settings, only: method_exact, moves_in_modes, run_settings_t
+   use run_settings, only: method_exact, moves_in_modes, run_settings_t, stops_of
    use scene_beam_model, only: run_settings_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_contacts, only: has_one_contact, contacts_of
@@ -243,9 +243,7 @@ contains
    pure integer function count_split_elements(scene) result(number)
       type(scene_t), intent(in) :: scene
 
-      number = 0
-      if (allocated(scene%more_stops)) number = size(scene%more_stops)
-      if (allocated(scene%bodies)) number = number + size(scene%bodies)
+      number = max(0, size(stops_of(run_settings_of(scene))) - 1)
       if (allocated(scene%supports)) number = number + size(scene%supports)
       if (allocated(scene%masses)) number = number + size(scene%masses)
       if (allocated(scene%beam%section%station)) number = number + size(scene%beam%section%station)

@@ -7,6 +7,7 @@ module beam_model
    use failures, only: failure_t
    use kinds, only: wp
    use redistributed_mass, only: continuation_at_stop, continuation_t, redistribute
+   use run_settings, only: extra_dof_t
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    use sorting, only: ascending_order
    implicit none (type, external)
@@ -58,6 +59,11 @@ module beam_model
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacements at all stops, including the first, in the order of the scene
       integer, allocatable :: stop_dofs(:)
+      !> Degree of freedom of the surface of each stop, which moves with it; 0: the surface is fixed, [stops]
+      integer, allocatable :: partner_dofs(:)
+      !> Degrees of freedom besides those of the beam, the last of K and M (module `extra_dofs`); of size 0 if there are
+      !> none
+      type(extra_dof_t), allocatable :: extra(:)
       type(beam_root_t) :: root
       !> Degrees of freedom of y and dy/dx at x = 0; 0: constrained
       integer :: root_dofs(2) = 0
@@ -98,13 +104,14 @@ contains
       model%tip_mass_ratio = tip_mass_ratio
       model%stop_dof = 2*mesh%stop_node - 1
       model%tip_dof = 2*mesh%elements - 1
-      allocate (model%supports(0), model%point_masses(0))
+      allocate (model%supports(0), model%point_masses(0), model%extra(0))
       if (present(supports)) model%supports = supports
       if (present(point_masses)) model%point_masses = &
          point_masses(ascending_order(real(point_masses%node, wp)))
       model%stop_dofs = [model%stop_dof]
       if (allocated(mesh%further_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%further_nodes(:mesh%further_stops) &
          - 1]
+      allocate (model%partner_dofs(size(model%stop_dofs)), source=0)
       if (present(root)) call add_root_dofs(root, model)
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
       if (model%is_redistributed) then

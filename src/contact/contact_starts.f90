@@ -2,20 +2,20 @@
 !> contacts, the refusal of starts with penetration, and the projection of penetrations by rounding onto the contact
 !> surfaces. Each integration method supplies its coordinates by extending `flexible_beam_t`.
 module contact_starts
+   use beam_model, only: beam_model_t
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
-   use free_modes, only: max_rigid_square
+   use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
-   use load_settings, only: start_balance, start_drop
    use number_text, only: to_text
    use point_forces, only: find_point_forces
-   use run_settings, only: run_settings_t, side_below, side_both
+   use run_settings, only: extra_dof_t
    use stop_contacts, only: penetrates, contact_t
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
-      check_mode_count, move_onto_contacts, place_bodies
+      check_mode_count, move_onto_contacts, place_extra_dofs
 
    !> Maximum relative tension or penetration of a contact that counts as rounding error in `find_slow_balance`.
    real(wp), parameter :: balance_tolerance = 1.0e-10_wp
@@ -82,13 +82,14 @@ contains
       forces(place) = active_forces
    end subroutine find_static_equilibrium
 
-   !> Static equilibrium in modes, if the flexibility of a slow mode (a rotation about a pinned root, a body without a
+   !> Static equilibrium in modes, if the flexibility of a slow mode (a rotation about a pinned root, a mass without a
    !> spring) exceeds that of all other modes by orders of magnitude. Subsets of contacts are tried as bilateral
    !> supports until the violation (tension in a contact of the subset, or penetration of another contact) is within
    !> rounding error. The subset with the smallest violation is used.
-   subroutine find_slow_balance(square, row, contacts, is_active, load, body_mode, q, forces, error)
-      !> W^2, squared frequencies, [modes]
-      real(wp), intent(in) :: square(:)
+   subroutine find_slow_balance(modes, extra, row, contacts, is_active, load, q, forces, error)
+      type(free_modes_t), intent(in) :: modes
+      !> The extra degrees of freedom among those of the modes
+      type(extra_dof_t), intent(in) :: extra(:)
       !> Rows of the contacts over the modes, [modes, contacts]
       real(wp), intent(in) :: row(:, :)
       type(contact_t), intent(in) :: contacts(:)
@@ -96,13 +97,11 @@ contains
       logical, intent(in) :: is_active(:)
       !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
-      !> Index of the mode of each body, [bodies]
-      integer, intent(in) :: body_mode(:)
       !> Modal displacements, [modes]
       real(wp), intent(out) :: q(:)
       !> Force P >= 0 of each contact
       real(wp), intent(out) :: forces(:)
-      !> Set if no contact carries a beam or a body that moves freely
+      !> Set if no contact carries a mass that moves freely
       type(failure_t), allocatable, intent(inout) :: error
 
       ! a subset with a larger violation is no equilibrium
@@ -122,6 +121,7 @@ contains
       integer :: choice
       integer :: k
       logical :: is_singular
+      character(:), allocatable :: mover
 
       place = pack([(k, k=1, size(is_active))], is_active)
       min_violation = max_violation
@@ -129,13 +129,14 @@ contains
       where (flexibility > 0.0_wp) flexibility = 1.0_wp/flexibility
       unit = maxval(abs(load))/max(maxval(abs(row)), epsilon(1.0_wp)) + tiny(1.0_wp)
       ! the result if no subset is an equilibrium; its zero forces then lead to the message below
-      q = load/square
+      q = load/modes%square
       forces = 0.0_wp
       do choice = 0, 2**min(size(place), max_supports) - 1
          subset = pack(place, [(btest(choice, k - 1), k=1, size(place))])
          allocate (contact_force(size(subset)))
-         call find_point_forces(cmplx(square, 0.0_wp, wp), row(:, subset), cmplx(flexibility(subset), 0.0_wp, wp), &
-            cmplx(load, 0.0_wp, wp), cmplx(contacts(subset)%height, 0.0_wp, wp), contact_force, z, is_singular)
+         call find_point_forces(cmplx(modes%square, 0.0_wp, wp), row(:, subset), &
+            cmplx(flexibility(subset), 0.0_wp, wp), cmplx(load, 0.0_wp, wp), &
+            cmplx(contacts(subset)%height, 0.0_wp, wp), contact_force, z, is_singular)
          gap = matmul(real(z, wp), row) - contacts%height
          gap(subset) = 0.0_wp
          ! violation: the maximum of relative tension and relative penetration
@@ -152,16 +153,14 @@ contains
          deallocate (contact_force)
          if (min_violation <= balance_tolerance) exit
       end do
-      do k = 1, size(square)
-         if (square(k) > max_rigid_square .or. abs(load(k)) <= 0.0_wp) cycle
+      do k = 1, size(load)
+         if (modes%square(k) > max_rigid_square .or. abs(load(k)) <= 0.0_wp) cycle
          if (any(forces > 0.0_wp .and. abs(row(k, :)) > 0.0_wp)) cycle
-         if (any(body_mode == k)) then
-            call fail(error, status_bad_input, 'nothing carries &body number '//to_text(findloc(body_mode, k, dim=1)) &
-               //', which moves freely: it has no balance to start in')
-         else
-            call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has ' &
-               //'no balance to start in')
+         mover = 'the beam, which turns freely about its root'
+         if (allocated(modes%extra)) then
+            if (modes%extra(k) > 0) mover = trim(extra(modes%extra(k))%name)//', which moves freely'
          end if
+         call fail(error, status_bad_input, 'nothing carries '//mover//': it has no balance to start in')
          return
       end do
    end subroutine find_slow_balance
@@ -190,49 +189,41 @@ contains
       call solve_complementarity(compliance, gap, forces, is_loaded)
    end subroutine find_static_forces
 
-   !> Coordinates and velocities of the bodies at the start. If the run starts in a balance, the coordinates are already
-   !> those of static equilibrium. Otherwise a body is at its given distance from the beam, or, without a given
-   !> distance, where its spring has no force; a body without a spring in a cavity is in the middle of the cavity.
-   pure subroutine place_bodies(settings, contacts, deflection, place, unit, displacement, velocity)
-      type(run_settings_t), intent(in) :: settings
-      type(contact_t), intent(in) :: contacts(:)
-      !> Displacement of the beam at each contact, [contacts]
-      real(wp), intent(in) :: deflection(:)
-      !> Index of the degree of freedom or mode of each body, [bodies]
-      integer, intent(in) :: place(:)
-      !> Coordinate of each body, from its `origin`, per unit of that degree of freedom or mode, [bodies]
-      real(wp), intent(in) :: unit(:)
-      !> Displacements, of which those of the bodies are set, [degrees of freedom or modes]
+   !> Set the extra degrees of freedom at the start, after those of the beam. If the run starts in equilibrium, only
+   !> their velocities are set.
+   pure subroutine place_extra_dofs(model, is_in_equilibrium, displacement, velocity, shapes)
+      type(beam_model_t), intent(in) :: model
+      logical, intent(in) :: is_in_equilibrium
+      !> Displacements, [degrees of freedom, or modes]
       real(wp), intent(inout) :: displacement(:)
-      !> Velocities, of which those of the bodies are set, [degrees of freedom or modes]
+      !> Velocities, [degrees of freedom, or modes]
       real(wp), intent(inout) :: velocity(:)
+      !> Shapes of the modes, [degrees of freedom, modes]; absent: the coordinates are the degrees of freedom
+      real(wp), intent(in), optional :: shapes(:, :)
 
-      ! displacement of the beam at the body, coordinate of the body, and its velocity
-      real(wp) :: beam, coordinate, rate
-      ! 1 for a body below the beam, else -1
-      real(wp) :: side
-      integer :: b
+      ! displacement of the beam at the contact with the extra degree of freedom; z per unit of its coordinate
+      real(wp) :: beam, unit
+      integer :: dof, k, near, place
 
-      do b = 1, size(settings%bodies)
-         associate (body => settings%bodies(b), start => settings%start)
-            beam = deflection(findloc(contacts%settings%body == b .and. .not. contacts%settings%is_of_base, .true., &
-               dim=1))
-            rate = body%start_velocity
-            if (start%kind == start_drop) rate = rate - start%velocity
-            velocity(place(b)) = rate/unit(b)
-            if (start%kind == start_balance) cycle
-            coordinate = 0.0_wp
-            if (body%start_gap >= 0.0_wp) then
-               ! if the origin is the contact with the beam, the difference in brackets is exactly 0
-               side = merge(1.0_wp, -1.0_wp, body%side == side_below)
-               coordinate = beam + (side*body%clearance - body%origin) - side*body%start_gap
-            else if (body%side == side_both .and. body%spring_ratio <= 0.0_wp) then
-               coordinate = beam
-            end if
-            displacement(place(b)) = coordinate/unit(b)
+      do k = 1, size(model%extra)
+         dof = model%mass%order - size(model%extra) + k
+         near = model%stop_dofs(findloc(model%partner_dofs, dof, dim=1))
+         if (present(shapes)) then
+            beam = dot_product(shapes(near, :), displacement)
+            place = findloc(abs(shapes(dof, :)) > 0.0_wp, .true., dim=1)
+            unit = shapes(dof, place)
+         else
+            beam = displacement(near)
+            place = dof
+            unit = 1.0_wp
+         end if
+         associate (extra => model%extra(k))
+            velocity(place) = extra%start_velocity/unit
+            if (.not. is_in_equilibrium) displacement(place) = (extra%start_displacement &
+               + merge(beam, 0.0_wp, extra%starts_from_beam))/unit
          end associate
       end do
-   end subroutine place_bodies
+   end subroutine place_extra_dofs
 
    !> Refuse rigid stops at more points than the motion has modes of the beam: if all are closed, their forces are not
    !> determined.
@@ -248,7 +239,7 @@ contains
       integer, allocatable :: rigid(:)
       integer :: k, points
 
-      rigid = pack(dof, static_stiffness(contacts%settings) <= 0.0_wp .and. contacts%settings%body == 0)
+      rigid = pack(dof, static_stiffness(contacts%settings) <= 0.0_wp .and. contacts%is_fixed)
       points = count([(findloc(rigid, rigid(k), dim=1) == k, k=1, size(rigid))])
       if (points > modes .and. .not. allocated(error)) call fail(error, status_bad_input, to_text(points) &
          //' rigid stops can be closed at once, but the motion has '//to_text(modes)//' modes, so that their forces ' &

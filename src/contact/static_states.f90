@@ -8,9 +8,9 @@ module static_states
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
-   use run_settings, only: body_settings_t
+   use run_settings, only: extra_dof_t
    use static_shapes, only: make_elastic_beam, unit_shape
-   use stop_contacts, only: active_contacts, force_on_body, penetrates, contact_t
+   use stop_contacts, only: active_contacts, force_on_extra, penetrates, contact_t
    use support_coordinates, only: supported_beam_t
    implicit none (type, external)
    private
@@ -18,8 +18,8 @@ module static_states
 
 contains
 
-   !> Static shape of a force at the stop from which the beam is released, with a gap of 1 at that contact. Contacts of
-   !> bodies are not checked, because the bodies are placed after the beam.
+   !> Static shape of a force at the stop from which the beam is released, with a gap of 1 at that contact. Only
+   !> fixed contacts are checked, because other surfaces are placed after the beam.
    pure subroutine find_static_start(model, contacts, displacement, error)
       type(beam_model_t), intent(in) :: model
       !> All contacts
@@ -47,7 +47,7 @@ contains
       displacement = displacement*(contacts(release_contact)%sign*(1.0_wp &
          + contacts(release_contact)%height)/displacement(dof))
       do k = 1, size(contacts)
-         if (contacts(k)%settings%body > 0) cycle
+         if (.not. contacts(k)%is_fixed) cycle
          gap = contacts(k)%sign*displacement(model%stop_dofs(contacts(k)%stop)) - contacts(k)%height
          if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
@@ -59,8 +59,8 @@ contains
    end subroutine find_static_start
 
    !> Static equilibrium on the active contacts without loads: unilateral forces, with the springs of compliant stops in
-   !> series with the beam, and with the springs of bodies.
-   pure subroutine find_static_rest(model, contacts, forces, energy, error, bodies)
+   !> series with the beam, and with the springs of extra degrees of freedom.
+   pure subroutine find_static_rest(model, contacts, forces, energy, error, extra)
       type(beam_model_t), intent(in) :: model
       !> All contacts
       type(contact_t), intent(in) :: contacts(:)
@@ -70,15 +70,15 @@ contains
       real(wp), intent(out) :: energy
       !> Set if the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error
-      !> Bodies, each with a spring; absent: there are none
-      type(body_settings_t), intent(in), optional :: bodies(:)
+      !> Extra degrees of freedom, each with a spring; absent: there are none
+      type(extra_dof_t), intent(in), optional :: extra(:)
 
       type(supported_beam_t) :: beam
       type(contact_t), allocatable :: active(:)
       real(wp), allocatable :: compliance(:, :), active_forces(:), shape(:)
       integer, allocatable :: dofs(:)
       logical :: is_active(size(contacts))
-      integer :: b, k
+      integer :: i, k
 
       forces = 0.0_wp
       energy = 0.0_wp
@@ -93,10 +93,10 @@ contains
          ! `unit_shape` has E Ibar = L = 1: lambda1^4 converts it to the unit of forces
          compliance(:, k) = merge(0.0_wp, active%sign*(lambda1_power4*active(k)%sign)*shape(dofs), &
             active%settings%is_of_base .or. active(k)%settings%is_of_base)
-         if (.not. present(bodies)) cycle
-         do b = 1, size(bodies)
-            compliance(:, k) = compliance(:, k) + lambda1_power4/(3.0_wp*bodies(b)%spring_ratio) &
-               *force_on_body(active, b)*force_on_body(active(k), b)
+         if (.not. present(extra)) cycle
+         do i = 1, size(extra)
+            compliance(:, k) = compliance(:, k) + force_on_extra(active, i)*force_on_extra(active(k), i) &
+               /(extra(i)%mass*extra(i)%square)
          end do
       end do
       call find_static_forces(active, -active%height, compliance, active_forces)

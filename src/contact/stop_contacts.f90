@@ -1,20 +1,21 @@
-!> Unilateral contacts of the beam and of bodies. A stop below or above the beam has one contact, a stop on both sides
-!> has two.
+!> Unilateral contacts as rows over the degrees of freedom. A stop below or above the beam has one contact, a stop on
+!> both sides has two.
 !>
 !> The sign s is 1 for a contact below the beam and -1 for a contact above the beam. The gap is s y - h, with h the
 !> height of the contact: s times the coordinate d of its surface. The force acts on the beam along s. The gap between
 !> the beam and a body with the coordinate z is s (y - z) - h, and the force acts on the body along -s; the gap between
 !> a body and its floor (s = 1) or ceiling (s = -1) is s z - h.
 module stop_contacts
+   use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_settings, only: start_release
    use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, &
-      stop_settings_t
+      stop_settings_t, stops_of
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
-   public :: dofs_of, shape_of_contact, observed_height, height_from_rest, datum_of, force_on_body
+   public :: contact_t, contacts_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
+   public :: shape_of_contact, observed_height, height_from_rest, datum_of, force_on_extra
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -29,6 +30,8 @@ module stop_contacts
       real(wp) :: height = 0.0_wp
       !> Whether the beam is released from this contact
       logical :: is_release_contact = .false.
+      !> Whether the contact is between the beam and the base: no extra degree of freedom takes part
+      logical :: is_fixed = .true.
       !> Position and law of the stop, and the parameters of the law
       type(stop_settings_t) :: settings
    end type contact_t
@@ -38,7 +41,7 @@ module stop_contacts
    real(wp), parameter :: max_penetration = 1.0e-9_wp
 
    !> Number of keys by which contacts are sorted.
-   integer, parameter :: key_count = 10
+   integer, parameter :: key_count = 9
 
 contains
 
@@ -74,24 +77,6 @@ contains
          allocated(settings%stress) .or. allocated(settings%statistics))
    end function has_one_contact
 
-   !> All stops of a run, in the order of the scene.
-   pure function stops_of(settings) result(stops)
-      type(run_settings_t), intent(in) :: settings
-      type(stop_settings_t), allocatable :: stops(:)
-
-      integer :: further
-
-      if (.not. settings%has_stop) then
-         allocate (stops(0))
-         return
-      end if
-      further = 0
-      if (allocated(settings%more_stops)) further = size(settings%more_stops)
-      allocate (stops(1 + further))
-      stops(1) = settings%stop
-      if (further > 0) stops(2:) = settings%more_stops
-   end function stops_of
-
    !> All contacts, in an order independent of that of the scene: along the beam, below before above, the highest first.
    pure function contacts_of(settings) result(contacts)
       type(run_settings_t), intent(in) :: settings
@@ -105,7 +90,7 @@ contains
       allocate (contacts(2*size(stops)))
       total = 0
       do i = 1, size(stops)
-         contact = contact_t(stop=i, height=stops(i)%preload, settings=stops(i))
+         contact = contact_t(stop=i, height=stops(i)%preload, is_fixed=stops(i)%body == 0, settings=stops(i))
          if (stops(i)%side /= side_above) then
             contact%sign = 1.0_wp
             contact%is_release_contact = i == settings%release_stop
@@ -131,7 +116,7 @@ contains
 
    !> Whether each contact is active, [contacts]. Of rigid contacts between the beam and the base at one point and on
    !> one side only the highest is active, and of equally high contacts only that with the maximum coefficient of
-   !> restitution. All compliant contacts, and all contacts of bodies, are active.
+   !> restitution. All other contacts are active.
    pure function active_contacts(contacts, dofs) result(is_active)
       type(contact_t), intent(in) :: contacts(:)
       !> Degree of freedom of each contact
@@ -145,7 +130,7 @@ contains
       do k = 1, size(contacts)
          do i = 1, size(contacts)
             if (i == k .or. dofs(i) /= dofs(k) .or. contacts(i)%sign*contacts(k)%sign < 0.0_wp) cycle
-            if (max(contacts(i)%settings%body, contacts(k)%settings%body) > 0) cycle
+            if (.not. (contacts(i)%is_fixed .and. contacts(k)%is_fixed)) cycle
             if (any([contacts(i)%settings%law, contacts(k)%settings%law] /= law_restitution)) cycle
             difference = contacts(i)%height - contacts(k)%height
             if (.not. abs(difference) > 0.0_wp) then
@@ -167,85 +152,57 @@ contains
       associate (settings => contact%settings)
          values = [settings%position, -contact%sign, -contact%height, real(settings%law, wp), &
             real(settings%impulse, wp), -settings%restitution, settings%stiffness_ratio, settings%branch_ratio, &
-            settings%damper_ratio, real(settings%body, wp)]
+            settings%damper_ratio]
       end associate
       value = values(place)
    end function key
 
-   !> Degrees of freedom of a contact: its gap changes by s per unit of the first, and by -s per unit of the second. The
-   !> degrees of freedom of bodies follow those of the beam.
-   pure function dofs_of(contact, dof, order) result(dofs)
-      type(contact_t), intent(in) :: contact
-      !> Degree of freedom of the beam at the contact
-      integer, intent(in) :: dof
-      !> Number of degrees of freedom of the beam
-      integer, intent(in) :: order
-      !> The second is 0 if the partner of the first is fixed
-      integer :: dofs(2)
-
-      dofs = [dof, 0]
-      associate (settings => contact%settings)
-         if (settings%body == 0) return
-         dofs = [dof, order + settings%body]
-         if (settings%is_of_base) dofs = [order + settings%body, 0]
-      end associate
-   end function dofs_of
-
    !> Row of a contact: change of its gap per unit of each shape.
-   pure function shape_of_contact(contact, dof, order, shapes) result(row)
+   pure function shape_of_contact(contact, model, shapes) result(row)
       type(contact_t), intent(in) :: contact
-      !> Degree of freedom of the beam at the contact
-      integer, intent(in) :: dof
-      !> Number of degrees of freedom of the beam
-      integer, intent(in) :: order
-      !> Shapes over the degrees of freedom of the beam, followed by those of the bodies, [degrees of freedom, shapes]
+      type(beam_model_t), intent(in) :: model
+      !> Shapes over the degrees of freedom of the model, [degrees of freedom, shapes]
       real(wp), intent(in) :: shapes(:, :)
       real(wp) :: row(size(shapes, 2))
 
-      integer :: dofs(2)
-
-      dofs = dofs_of(contact, dof, order)
-      row = contact%sign*shapes(dofs(1), :)
-      if (dofs(2) > 0) row = row - contact%sign*shapes(dofs(2), :)
+      associate (partner => model%partner_dofs(contact%stop))
+         row = contact%sign*shapes(model%stop_dofs(contact%stop), :)
+         if (partner > 0) row = row - contact%sign*shapes(partner, :)
+      end associate
    end function shape_of_contact
 
-   !> Force on a body, positive upwards, per unit of the force of a contact.
-   elemental real(wp) function force_on_body(contact, body) result(force)
+   !> Force on an extra degree of freedom per unit of the force of a contact.
+   elemental real(wp) function force_on_extra(contact, number) result(force)
       type(contact_t), intent(in) :: contact
-      !> Number of the body
-      integer, intent(in) :: body
+      !> Index of the extra degree of freedom
+      integer, intent(in) :: number
 
       force = 0.0_wp
-      if (contact%settings%body == body) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
-   end function force_on_body
+      if (contact%settings%body == number) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
+   end function force_on_extra
 
-   !> Height of a contact surface if coordinates of bodies count from z = 0: s times the displacement at which the gap
-   !> is zero, which is that of the beam at a stop, of the beam less the body at a body, and of a body at its floor or
-   !> ceiling.
+   !> Height of a contact surface if extra degrees of freedom count from z = 0: s times the displacement at which the
+   !> gap is zero, which is that of the beam at a stop, of the beam less the body at a body, and of a body at its floor
+   !> or ceiling.
    elemental real(wp) function observed_height(contact) result(height)
       type(contact_t), intent(in) :: contact
 
-      associate (settings => contact%settings)
-         height = contact%height + merge(contact%sign, -contact%sign, settings%is_of_base)*settings%origin
-      end associate
+      height = contact%height + contact%settings%shift_to_zero
    end function observed_height
 
-   !> Height of a contact surface if coordinates of bodies count from where their springs have no force.
+   !> Height of a contact surface if extra degrees of freedom count from where their springs have no force.
    elemental real(wp) function height_from_rest(contact) result(height)
       type(contact_t), intent(in) :: contact
 
-      associate (settings => contact%settings)
-         height = observed_height(contact) - merge(contact%sign, -contact%sign, settings%is_of_base)*settings%rest
-      end associate
+      height = contact%height + contact%settings%shift_to_rest
    end function height_from_rest
 
-   !> Zero of the displacement histories of a beam that is released from this contact: the displacement of the contact
-   !> surface; 0 at a contact of a body.
+   !> Zero of the displacement histories of a beam that is released from this contact: the displacement of a fixed
+   !> contact surface, else 0.
    elemental real(wp) function datum_of(contact) result(datum)
       type(contact_t), intent(in) :: contact
 
-      datum = 0.0_wp
-      if (contact%settings%body == 0) datum = contact%sign*contact%height
+      datum = merge(contact%sign*contact%height, 0.0_wp, contact%is_fixed)
    end function datum_of
 
 end module stop_contacts

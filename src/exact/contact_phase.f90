@@ -27,14 +27,13 @@ module contact_phase
       phase_state_t, signal_of, start_phase, observed_gap
    use phase_sums, only: sample_accelerations
    use phase_transitions, only: project_gap
-   use response_records, only: record_bodies
-   use response_types, only: body_record_t, contact_record_t
+   use response_types, only: contact_record_t
    use run_observers, only: reads_losses, observe
    use run_recorder, only: requested_t, sample_t
    use section_states, only: motion_of, record_modes, state_at
    use section_types, only: section_state_t
    use set_motions, only: find_end_terms
-   use stop_contacts, only: datum_of
+   use stop_contacts, only: datum_of, force_on_extra
    use tangent_events, only: begin_columns, end_columns, record_sizes
    implicit none (type, external)
    private
@@ -66,8 +65,6 @@ module contact_phase
       integer :: recorded = 0
       !> Accelerations at the contacts and of the tip in the present phase; unallocated: not requested yet
       type(exponential_sums_t), allocatable :: accelerations
-      !> Histories of each body, [bodies]
-      type(body_record_t), allocatable :: bodies(:)
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
       !> On entry state from which the run continues, if `q` is allocated; on return state at the end of the run.
@@ -295,9 +292,10 @@ contains
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
-         if (allocated(self%bodies)) call record_bodies(self%recorded, reshape([(motion_of(now, z, v, &
-            now%beam%displacement(k)), k=1, size(self%bodies))], [2, size(self%bodies)]), now%states%contact, force, &
-            self%bodies)
+         associate (extra => now%beam%displacement)
+            if (size(extra) > 0) sample%extra = reshape([(motion_of(now, z, v, extra(k)), &
+               sum(force*force_on_extra(now%states%contact, k)), k=1, size(extra))], [3, size(extra)])
+         end associate
          sample%history(force_stop) = sum(force)
          if (any(requested%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &
             self%interval%moments, self%search%time, time, self%recorded, self%accelerations, self%records, sample)

@@ -7,6 +7,7 @@ module exact_motion
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
+   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_common_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
    use free_modes, only: find_free_modes, free_modes_t
@@ -332,17 +333,20 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       type(section_state_t), intent(inout), optional :: carried
 
+      type(beam_model_t) :: whole
       type(free_modes_t) :: reduced
       type(run_settings_t) :: reduced_settings
 
       if (mode_count == size(modes%lambda) .and. .not. (allocated(settings%mode_ratios) .or. &
-         allocated(settings%bodies)) .and. settings%zeta_mass <= 0.0_wp) then
+         allocated(settings%extra_dofs)) .and. settings%zeta_mass <= 0.0_wp) then
          call run_among_contacts(model, modes, settings, sets, response, error, carried)
       else
          reduced = modes
          reduced_settings = settings
          call select_modes(mode_count, reduced, reduced_settings)
-         call run_among_contacts(model, reduced, reduced_settings, sets, response, error, carried)
+         whole = model
+         call add_extra_dofs(settings, whole)
+         call run_among_contacts(whole, reduced, reduced_settings, sets, response, error, carried)
       end if
    end subroutine run_in_modes
 
@@ -367,7 +371,7 @@ contains
 
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response, &
-         is_driven=has_loads(settings))
+         is_driven=has_loads(settings), extra=settings%extra_dofs)
       call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
       if (present(carried)) then

@@ -3,7 +3,6 @@
 module exact_start
    use applied_loads, only: are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, is_mechanism
-   use body_modes, only: count_bodies
    use complementarity, only: solve_complementarity
    use constrained_sets, only: displacement_t, free_beam_t
    use contact_changes, only: find_opposite_contacts
@@ -17,12 +16,12 @@ module exact_start
    use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
-   use mode_choice, only: common_zeta, damps_each_mode, rates_of_modes
+   use mode_choice, only: common_zeta, damps_each_mode
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_set_store, phase_state_t
    use phase_transitions, only: begin_contacts_at_start, update_contacts
-   use response_records, only: open_bodies, open_contact_record
+   use response_records, only: open_contact_record
    use response_types, only: response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -116,20 +115,16 @@ contains
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
-      call start_motion(settings, samples, phase, motion, response)
+      call start_motion(settings, phase, motion, response)
    end subroutine start_exact
 
-   !> Open the records of bodies and the observers, and find opposite contacts and contacts that are closed at the
-   !> start.
-   subroutine start_motion(settings, samples, phase, motion, response)
+   !> Open the observers, and find opposite contacts and contacts that are closed at the start.
+   subroutine start_motion(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
-      !> Number of samples after the initial one
-      integer, intent(in) :: samples
       type(contact_phase_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      call open_bodies(settings, samples + 1, phase%bodies)
       call find_opposite_contacts(phase%now)
       call open_observers(settings, phase%now%states%contact%number, .not. phase%now%states%is_rigid, &
          phase%now%release_contact, response, motion%observers, size(motion%q))
@@ -246,13 +241,11 @@ contains
       integer :: k
 
       beam%has_modal_damping = damps_each_mode(settings)
-      call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, rates_of_modes(settings, &
-         modes%square, modes%body))
-      allocate (beam%displacement(count_bodies(settings)))
-      do k = 1, size(beam%displacement)
-         associate (body => settings%bodies(k))
-            beam%displacement(k) = displacement_t(findloc(modes%body, k, dim=1), 1.0_wp/sqrt(body%mass_ratio), &
-               body%origin)
+      call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, modes%rate)
+      allocate (beam%displacement(size(model%extra)))
+      do k = 1, size(model%extra)
+         associate (i => findloc(modes%extra, k, dim=1), dof => model%mass%order - size(model%extra) + k)
+            beam%displacement(k) = displacement_t(i, modes%mode(dof, i), model%extra(k)%origin)
          end associate
       end do
       if (settings%stop%impulse == impulse_nodal) then
@@ -267,14 +260,14 @@ contains
       allocate (beam%tip_sign(size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
          associate (dof => model%stop_dofs(contacts(k)%stop))
-            beam%value(:, k) = shape_of_contact(contacts(k), dof, model%mass%order, modes%mode)
-            if (dof == modes%tip_dof .and. contacts(k)%settings%body == 0) beam%tip_sign(k) = contacts(k)%sign
+            beam%value(:, k) = shape_of_contact(contacts(k), model, modes%mode)
+            if (dof == modes%tip_dof .and. contacts(k)%is_fixed) beam%tip_sign(k) = contacts(k)%sign
          end associate
       end do
    end subroutine make_beam
 
    !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. The caller excludes beams
-   !> that turn freely about the root, whose motion need not come to rest. With bodies without springs, equilibrium is
+   !> that turn freely about the root, whose motion need not come to rest. With masses without springs, equilibrium is
    !> known only if no contact is preloaded (height > 0); it is then the undeformed state.
    pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
@@ -320,7 +313,6 @@ contains
       do k = 1, size(phase%records)
          response%contacts(phase%now%states(k)%contact%number) = phase%records(k)
       end do
-      call move_alloc(phase%bodies, response%bodies)
       lost_stop = sum(phase%now%states%dissipated)
       associate (balance => motion%recorder%energy_balance, measures => motion%observers%measures)
          ! dissipation in the beam is the remainder of the energy balance, because phases compute it only if energies

@@ -5,7 +5,7 @@ module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
    use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
-      flexible_beam_t, move_onto_contacts, place_bodies
+      flexible_beam_t, move_onto_contacts, place_extra_dofs
    use contact_states, only: contact_state_t
    use failures, only: failure_t
    use few_modes, only: number_of_modes
@@ -36,7 +36,6 @@ contains
    subroutine find_modal_start(model, modes, settings, phase, is_active, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      !> Start of the beam, and bodies
       type(run_settings_t), intent(in) :: settings
       !> The beam, its contacts and the loads on it
       type(phase_state_t), intent(in) :: phase
@@ -49,23 +48,20 @@ contains
       real(wp), allocatable, intent(out) :: v(:)
       !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
-      !> Set if the beam penetrates a contact, no contact supports the beam or a body, or there are more rigid stops
-      !> than modes
+      !> Set if the beam penetrates a contact, no contact supports a mass that moves freely, or there are more rigid
+      !> stops than modes
       type(failure_t), allocatable, intent(inout) :: error
 
       type(modal_beam_t) :: beam
       ! M y and M dy/dtau of the start, [degrees of freedom, 2]
       real(wp) :: mass_times_start(model%mass%order, 2)
-      ! number of modes of the beam, without those of bodies
-      integer :: beam_modes
       ! the motion has fewer modes than the mesh, the start is a release, and no node is massless
       logical :: is_truncated
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
-      beam_modes = size(q) - size(phase%beam%displacement)
       associate (contacts => phase%states%contact)
-         call check_mode_count(contacts, model%stop_dofs(contacts%stop), beam_modes, error)
+         call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(model%extra), error)
       end associate
       if (allocated(error)) return
       beam%row = phase%beam%value
@@ -79,7 +75,7 @@ contains
                   /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))
             end associate
          case (start_balance)
-            call find_balance(phase, beam, is_active, q, forces, error)
+            call find_balance(model, modes, phase, beam, is_active, q, forces, error)
          case (start_velocity, start_drop, start_mode, start_table)
             if (is_in_mode(start)) then
                associate (tip => modes%mode(modes%tip_dof, start%mode))
@@ -88,23 +84,18 @@ contains
                end associate
             else
                call find_start_momenta(model, start, mass_times_start(:, 1), mass_times_start(:, 2))
-               associate (shapes => modes%mode(:size(mass_times_start, 1), :))
-                  q(:) = matmul(mass_times_start(:, 1), shapes)
-                  v(:) = matmul(mass_times_start(:, 2), shapes)
-               end associate
+               q(:) = matmul(mass_times_start(:, 1), modes%mode)
+               v(:) = matmul(mass_times_start(:, 2), modes%mode)
             end if
          end select
       end associate
-      associate (bodies => phase%beam%displacement)
-         if (size(bodies) > 0) call place_bodies(settings, phase%states%contact, &
-            matmul(modes%mode(model%stop_dofs(phase%states%contact%stop), :), q), bodies%mode, bodies%value, q, v)
-      end associate
+      call place_extra_dofs(model, settings%start%kind == start_balance, q, v, modes%mode)
       ! The static shape of a release was checked on the finite-element model before the modes were computed. The sum of
       ! all modes has the same displacements at the stops, so that only truncation can make the shape penetrate a
       ! contact; if a node is massless, there is no other contact to penetrate
       is_truncated = settings%start%kind == start_release .and. &
-         beam_modes < number_of_modes(model) .and. .not. any(phase%states%is_node)
-      if (settings%start%kind /= start_release .or. size(phase%beam%displacement) > 0 .or. is_truncated) then
+         size(q) < number_of_modes(model) .and. .not. any(phase%states%is_node)
+      if (settings%start%kind /= start_release .or. size(model%extra) > 0 .or. is_truncated) then
          call check_start(beam, phase%states%contact, forces, q, error)
       end if
       if (allocated(error) .and. is_truncated) error%message = error%message//', because the static shape of the ' &
@@ -122,7 +113,9 @@ contains
    end function node_flexibility
 
    !> Static equilibrium under the loads at tau = 0 with unilateral contact forces.
-   subroutine find_balance(phase, beam, is_active, q, forces, error)
+   subroutine find_balance(model, modes, phase, beam, is_active, q, forces, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
       type(phase_state_t), intent(in) :: phase
       type(modal_beam_t), intent(in) :: beam
       logical, intent(in) :: is_active(:)
@@ -130,7 +123,7 @@ contains
       real(wp), intent(inout) :: q(:)
       !> Contact forces P in equilibrium, [contacts]
       real(wp), intent(inout) :: forces(:)
-      !> Set if no contact supports the beam, or a body that no spring supports
+      !> Set if no contact supports a mass that moves freely
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: load(size(q))
@@ -138,8 +131,7 @@ contains
       load = 0.0_wp
       if (phase%loads%count > 0) load = matmul(phase%loads%mode, value_at(phase%loads%course, 0.0_wp))
       if (any(beam%square < slow_frequency**2)) then
-         call find_slow_balance(beam%square, beam%row, phase%states%contact, is_active, load, &
-            phase%beam%displacement%mode, q, forces, error)
+         call find_slow_balance(modes, model%extra, beam%row, phase%states%contact, is_active, load, q, forces, error)
          return
       end if
       q = load/beam%square

@@ -129,7 +129,8 @@ contains
 
    !> Find the coefficients of a row in the current phase. With n contacts, rows 1 to n are the displacements s y at the
    !> contacts (s = 1 for a contact below the beam, -1 above), row n + 1 is the displacement of the tip, rows n + 2 to
-   !> 2 n + 1 are contact forces, and the others are bending moments and then displacements of bodies.
+   !> 2 n + 1 are contact forces, and the others are bending moments and then displacements
+   !> of extra degrees of freedom.
    pure subroutine find_row(moments, number, now, row)
       type(moments_t), intent(in) :: moments
       !> Number of the row
@@ -184,20 +185,21 @@ contains
       end associate
    end subroutine find_row
 
-   !> Find the coefficients of a displacement in the current phase: at a contact, of the tip or of a body.
-   pure subroutine find_displacement_row(number, body, now, row)
+   !> Find the coefficients of a displacement in the current phase: at a contact, of the tip or of an extra
+   !> degree of freedom.
+   pure subroutine find_displacement_row(number, extra, now, row)
       !> Number of the row
       integer, intent(in) :: number
-      !> Number of the body; below 1: the displacement is one of the beam
-      integer, intent(in) :: body
+      !> Index of the extra degree of freedom; below 1: the displacement is one of the beam
+      integer, intent(in) :: extra
       type(phase_state_t), intent(in) :: now
       type(motion_row_t), intent(out) :: row
 
       associate (constrained => now%set%constrained)
-         if (body > 0) then
+         if (extra > 0) then
             ! a single free mode takes part
-            associate (i => now%beam%displacement(body)%mode, value => now%beam%displacement(body)%value)
-               row%static = now%beam%displacement(body)%origin + value*constrained%static(i)
+            associate (i => now%beam%displacement(extra)%mode, value => now%beam%displacement(extra)%value)
+               row%static = now%beam%displacement(extra)%origin + value*constrained%static(i)
                allocate (row%weight(constrained%count), source=0.0_wp)
                if (allocated(constrained%mode)) row%weight = value*constrained%mode(i, :)
                if (.not. allocated(constrained%mode)) row%weight(i) = value

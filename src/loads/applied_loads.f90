@@ -6,7 +6,6 @@
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
    use beam_model, only: beam_model_t
-   use body_modes, only: count_bodies
    use kinds, only: lambda1_power4, wp
    use load_courses, only: acceleration_of
    use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
@@ -32,8 +31,7 @@ module applied_loads
       integer :: count = 0
       !> Time course of each load, [loads]
       type(time_course_t), allocatable :: course(:)
-      !> Load vectors over the degrees of freedom of the beam, and then of the bodies, per unit of the time course,
-      !> [order + bodies, loads]
+      !> Load vectors over the degrees of freedom per unit of the time course, [order of the model, loads]
       real(wp), allocatable :: vector(:, :)
       !> Modal loads of the free modes per unit of the time course; unallocated: the modes are not known yet, [modes,
       !> loads]
@@ -98,7 +96,7 @@ contains
       forces = count_forces(settings)
       allocate (loads%course, source=courses_of(settings))
       loads%count = size(loads%course)
-      allocate (loads%vector(model%mass%order + count_bodies(settings), loads%count), source=0.0_wp)
+      allocate (loads%vector(model%mass%order, loads%count), source=0.0_wp)
       do g = 1, forces
          associate (force => settings%forces(g))
             if (allocated(force%position)) then
@@ -110,7 +108,7 @@ contains
                allocate (vector, source=line_load(model, force%stretch(1), force%stretch(2)))
             end if
          end associate
-         loads%vector(:model%mass%order, g) = 3.0_wp/lambda1_power4*vector
+         loads%vector(:, g) = 3.0_wp/lambda1_power4*vector
          deallocate (vector)
       end do
       allocate (loads%power(loads%count), source=0)
@@ -119,8 +117,7 @@ contains
             loads%course(g) = acceleration_of(base)
             if (base%quantity == base_displacement .and. base%course%kind == course_harmonic) loads%power(g) = 2
          end associate
-         loads%vector(:model%mass%order, g) = -base_mass_vector(model)
-         if (allocated(settings%bodies)) loads%vector(model%mass%order + 1:, g) = -settings%bodies%mass_ratio
+         loads%vector(:, g) = -base_mass_vector(model)
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration

@@ -11,9 +11,8 @@ module few_modes
    use mode_shapes, only: fix_mode_signs
    use pinned_coordinates, only: rigid_rotation
    use residual_modes, only: find_residual_modes
-   use run_settings, only: impulse_nodal, run_settings_t
+   use run_settings, only: impulse_nodal, run_settings_t, stops_of
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_contacts, only: stops_of
    use stop_laws, only: is_rigid
    use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
       make_supported_beam, &

@@ -2,9 +2,8 @@
 !> order and damping rates of the chosen modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
-   use body_modes, only: append_bodies, damping_rate_of, squared_frequency_of
    use damped_oscillators, only: damping_order
-   use free_modes, only: free_modes_t
+   use free_modes, only: append_extra_modes, free_modes_t
    use kinds, only: pi, wp
    use load_settings, only: course_harmonic, course_pulse, course_table, pulse_half_sine, time_course_t
    use run_settings, only: run_settings_t
@@ -109,15 +108,14 @@ contains
    end function next_count
 
    !> Whether damping rates are given mode by mode, because damping ratios of modes are given, or because the dampers of
-   !> bodies do not follow the proportional damping of the beam.
+   !> extra degrees of freedom do not follow the proportional damping of the beam.
    pure logical function damps_each_mode(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
 
       answer = allocated(settings%mode_ratios)
-      if (answer .or. .not. allocated(settings%bodies)) return
-      associate (bodies => settings%bodies)
-         answer = any(abs(damping_rate_of(bodies) - 2.0_wp*(settings%zeta*squared_frequency_of(bodies) &
-            + settings%zeta_mass)) > 0.0_wp)
+      if (answer .or. .not. allocated(settings%extra_dofs)) return
+      associate (extra => settings%extra_dofs)
+         answer = any(abs(extra%rate - 2.0_wp*(settings%zeta*extra%square + settings%zeta_mass)) > 0.0_wp)
       end associate
    end function damps_each_mode
 
@@ -130,14 +128,14 @@ contains
 
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 xi_i W_i for a damping
    !> ratio xi_i of mode i. The last ratio given holds for all further modes. If damping rates are given mode by mode,
-   !> the whole damping rate of a body is 2 xi W + c/m (damping ratio xi, damper c), whatever zeta is. The alpha of the
-   !> body is this rate minus 2 zeta W^2, with zeta of `common_zeta`; it may be negative.
-   pure function rates_of_modes(settings, square, body) result(rate)
+   !> that of an extra degree of freedom is its own, whatever zeta is: alpha is its rate minus 2 zeta W^2, with zeta of
+   !> `common_zeta`, and may be negative.
+   pure function rates_of_modes(settings, square, extra) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
-      !> Number of the body to which each mode belongs, 0: the beam; absent: all modes belong to the beam, [modes]
-      integer, intent(in), optional :: body(:)
+      !> Component `extra` of the modes; absent: all modes belong to the beam, [modes]
+      integer, intent(in), optional :: extra(:)
       real(wp) :: rate(size(square))
 
       integer :: i
@@ -148,18 +146,19 @@ contains
             rate = 2.0_wp*sqrt(square)*ratio([(min(i, size(ratio)), i=1, size(square))])
          end associate
       end if
-      if (.not. present(body)) return
+      if (.not. present(extra)) return
       if (.not. damps_each_mode(settings)) return
       do i = 1, size(square)
-         if (body(i) > 0) rate(i) = damping_rate_of(settings%bodies(body(i))) - 2.0_wp*common_zeta(settings)*square(i)
+         if (extra(i) > 0) rate(i) = settings%extra_dofs(extra(i))%rate - 2.0_wp*common_zeta(settings)*square(i)
       end do
    end function rates_of_modes
 
-   !> Select the lowest modes and those of all bodies, order them as `damping_order` requires, and reorder the settings
-   !> of single modes in the same way. Stresses need the truncated modes, too, for their static response.
+   !> Select the lowest modes and those of all extra degrees of freedom, order them as `damping_order` requires, find
+   !> their damping rates, and reorder the settings of single modes in the same way. Stresses need the truncated modes,
+   !> too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
-      !> Number of modes of the beam that are selected; if `modes` contains modes of bodies already, number of all
-      !> modes, none of which is truncated then
+      !> Number of modes of the beam that are selected; if `modes` contains those of extra degrees of freedom already,
+      !> number of all modes, none of which is truncated then
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
@@ -172,14 +171,12 @@ contains
          allocate (modes%truncated_square, source=modes%square(mode_count + 1:))
          allocate (modes%truncated_mode, source=modes%mode(:, mode_count + 1:))
       end if
-      total = mode_count
-      if (allocated(settings%bodies) .and. .not. allocated(modes%body)) then
-         call append_bodies(settings%bodies, mode_count, modes)
-         total = size(modes%square)
-      end if
-      order = damping_order(modes%square(:total), common_zeta(settings), rates_of_modes(settings, &
-         modes%square(:total), modes%body))
-      if (allocated(modes%body)) modes%body = modes%body(order)
+      if (allocated(settings%extra_dofs)) call append_extra_modes(settings%extra_dofs, mode_count, modes)
+      total = merge(size(modes%square), mode_count, allocated(modes%extra))
+      modes%rate = rates_of_modes(settings, modes%square(:total), modes%extra)
+      order = damping_order(modes%square(:total), common_zeta(settings), modes%rate)
+      if (allocated(modes%extra)) modes%extra = modes%extra(order)
+      modes%rate = modes%rate(order)
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
       call order_columns(modes%mode, order)

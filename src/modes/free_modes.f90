@@ -1,17 +1,19 @@
 !> The modes of a beam without contact, and quantities that follow from modes and matrices of the mesh. As
 !> `find_free_modes` returns them, they do not depend on damping, the laws of the stops and the duration of a run, so
 !> all runs of a beam on one mesh, in all threads, share them. A run that selects or reorders modes, or adds residual
-!> modes or modes of bodies, does so in a copy.
+!> modes or modes of extra degrees of freedom, does so in a copy.
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
+   use extra_dofs, only: beam_alone
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
+   use run_settings, only: extra_dof_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, complete_modes, rigid_square, max_rigid_square
+   public :: free_modes_t, find_free_modes, complete_modes, append_extra_modes, rigid_square, max_rigid_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
@@ -22,16 +24,18 @@ module free_modes
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
-      !> Wave numbers lambda_i, [modes], ascending as computed (`append_bodies` and `select_modes` change the order)
+      !> Wave numbers lambda_i, [modes], ascending as computed (`append_extra_modes` and `select_modes` change the
+      !> order)
       real(wp), allocatable :: lambda(:)
       !> Squared frequencies W_i^2 = (lambda_i/lambda1)^4 in omega1^2, [modes]
       real(wp), allocatable :: square(:)
-      !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]. Modes of bodies have degrees of freedom of
-      !> their own, which follow those of the beam
+      !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
       real(wp), allocatable :: mode(:, :)
-      !> Number of the body to which each mode belongs; 0: the beam. Unallocated: modes of bodies have not been
-      !> appended, [modes]
-      integer, allocatable :: body(:)
+      !> Index of the extra degree of freedom of which each is the mode; 0: mode of the beam. Unallocated: there are no
+      !> modes of extra degrees of freedom, [modes]
+      integer, allocatable :: extra(:)
+      !> Damping rates besides 2 zeta W^2; unallocated: not known yet, or 0, [modes]
+      real(wp), allocatable :: rate(:)
       !> Squared frequencies of the truncated modes, whose static part a run adds to the bending moments; unallocated:
       !> no mode is truncated, or the run needs no truncated modes (it has no stresses, or it has residual modes)
       real(wp), allocatable :: truncated_square(:)
@@ -50,26 +54,63 @@ module free_modes
    !> polynomial in time, or with mass-proportional damping from an exponential, by (W t)^2/2, which is below rounding
    !> in a run of the maximum duration, t = 1e9.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
-   !> Modes up to this W^2 have no restoring force: rigid-body modes, bodies without springs, and combinations of both.
-   !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_bodies`) that rounding errors of the
-   !> combinations do not exceed it.
+   !> Modes up to this W^2 have no restoring force: rigid-body modes, masses without springs, and combinations of both.
+   !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_extra_modes`) that rounding errors
+   !> of the combinations do not exceed it.
    real(wp), parameter :: max_rigid_square = 1.0e-30_wp
 
 contains
 
-   !> Compute all modes of an assembled beam.
+   !> Compute all modes of a beam, followed by those of its extra degrees of freedom.
    subroutine find_free_modes(model, modes, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(out) :: modes
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &
+      type(beam_model_t) :: beam
+
+      beam = beam_alone(model)
+      call natural_modes(beam, beam%stiffness%order - merge(1, 0, beam%has_massless_node), modes%lambda, error, &
          modes%mode)
       if (allocated(error)) return
-      call attach_supports(model%supports, modes%lambda, modes%mode)
-      call complete_modes(model, modes)
+      call attach_supports(beam%supports, modes%lambda, modes%mode)
+      call complete_modes(beam, modes)
+      call append_extra_modes(model%extra, size(modes%lambda), modes)
    end subroutine find_free_modes
+
+   !> Retain the first modes of the beam, and append one mode for each extra degree of freedom, unless the modes have
+   !> been appended already. Modes are mass-normalised: z is 1/sqrt(m) per unit of its mode, with m the mass.
+   pure subroutine append_extra_modes(extra, retained, modes)
+      type(extra_dof_t), intent(in) :: extra(:)
+      !> Number of modes of the beam that are retained
+      integer, intent(in) :: retained
+      type(free_modes_t), intent(inout) :: modes
+
+      real(wp), allocatable :: shape(:, :), square(:)
+      integer :: k
+
+      if (size(extra) == 0 .or. allocated(modes%extra)) return
+      associate (dofs => size(modes%mode, 1), number => size(extra))
+         allocate (shape(dofs + number, retained + number), square(retained + number), source=0.0_wp)
+         shape(:dofs, :retained) = modes%mode(:, :retained)
+         square(:retained) = modes%square(:retained)
+         do k = 1, number
+            shape(dofs + k, retained + k) = 1.0_wp/sqrt(extra(k)%mass)
+            ! A free mass gets a negligible positive W^2, because formulas divide by W^2; the factor k + 1 separates it
+            ! from a rigid-body mode of the beam (factor 1) and from the other free masses
+            square(retained + k) = max(extra(k)%square, real(k + 1, wp)*rigid_square)
+            ! `constrain` needs distinct frequencies
+            do while (any(abs(square(:retained + k - 1) - square(retained + k)) <= 0.0_wp))
+               square(retained + k) = nearest(square(retained + k), 1.0_wp)
+            end do
+         end do
+         modes%lambda = lambda1*sqrt(sqrt(square))
+         modes%extra = [spread(0, 1, retained), [(k, k=1, number)]]
+      end associate
+      call move_alloc(shape, modes%mode)
+      call move_alloc(square, modes%square)
+   end subroutine append_extra_modes
 
    !> Compute the quantities that follow from lambda and the mode shapes.
    subroutine complete_modes(model, modes)

@@ -5,8 +5,8 @@ module mass_choice
    use beam_mesh, only: mesh_t
    use beam_section, only: area, section_t
    use kinds, only: wp
-   use run_settings, only: impulse_nodal, method_exact, run_settings_t, stop_settings_t
-   use stop_contacts, only: has_one_contact, stops_of
+   use run_settings, only: impulse_nodal, method_exact, run_settings_t, stop_settings_t, stops_of
+   use stop_contacts, only: has_one_contact
    use stop_laws, only: is_rigid
    implicit none (type, external)
    private

@@ -15,11 +15,12 @@ module motion_run
    use newmark_motion, only: check_newmark, newmark_response
    use number_text, only: to_text
    use response_types, only: mode_check_t, response_t
-   use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, run_settings_t
+   use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, &
+      run_settings_t, stops_of
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
-   use stop_contacts, only: has_one_contact, stops_of, contacts_of
+   use stop_contacts, only: has_one_contact, contacts_of
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
    implicit none (type, external)

@@ -7,15 +7,13 @@
 module newmark_loads
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
-   use body_modes, only: count_bodies
    use contact_rows, only: band
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
-   use mode_choice, only: common_zeta, rates_of_modes
-   use newmark_bodies, only: damp_bodies
+   use mode_choice, only: rates_of_modes
    use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
@@ -29,7 +27,7 @@ contains
 
    !> Collect the loads of a run, and the instants at which a load may jump.
    subroutine prepare_loads(model, settings, run)
-      !> The beam, in degrees of freedom of its nodes
+      !> The beam, in degrees of freedom of its nodes, and extra degrees of freedom
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
@@ -156,13 +154,14 @@ contains
 
    !> Damping besides 2 zeta K: proportional to M, or modal damping, the sum of 2 xi_i W_i (M phi_i)(M phi_i)^T over the
    !> modes phi_i, with M-norm 1, of frequency W_i and damping ratio xi_i. That matrix is full, so the matrices of the
-   !> supported beam are extended to the full profile. Bodies have dampers of their own instead.
+   !> supported beam are extended to the full profile. Extra degrees of freedom have damping
+   !> rates of their own instead.
    subroutine additional_damping(settings, model, supported, modes, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam before its rigid supports are fixed; the damping ratios are those of the modes that `find_free_modes`
       !> computes with the supports
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed, and bodies; modal damping extends its matrices to the full profile,
+      !> The beam with its rigid supports fixed; modal damping extends its matrices to the full profile,
       !> unless its degrees of freedom are modes
       type(beam_model_t), intent(inout) :: supported
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
@@ -175,41 +174,39 @@ contains
       type(free_modes_t) :: damped
       ! M phi_i
       real(wp), allocatable :: force(:)
-      integer :: bodies, column, i, row
+      integer :: column, i, row
 
-      bodies = count_bodies(settings)
       if (allocated(modes)) then
          allocate (damping, source=supported%mass)
-         damping%values = rates_of_modes(settings, modes%square, modes%body)
+         damping%values = modes%rate
       else if (allocated(settings%mode_ratios)) then
          ! `find_free_modes` needs the model before its rigid supports are fixed, because it attaches supports to the
          ! modes of the unsupported beam, whose mass matrix includes all degrees of freedom
          call find_free_modes(model, damped, error)
          if (allocated(error)) return
+         damped%rate = rates_of_modes(settings, damped%square, damped%extra)
          supported%stiffness = full_profile(supported%stiffness)
          supported%mass = full_profile(supported%mass)
          allocate (damping, source=supported%mass)
          damping%values = 0.0_wp
          allocate (force(supported%mass%order), source=0.0_wp)
          do i = 1, size(damped%square)
-            call multiply(supported%mass, [damped%mode(:, i), spread(0.0_wp, 1, bodies)], force)
-            ! the last ratio holds for all higher modes
-            associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
-               do column = 1, damping%order
-                  do row = 1, column
-                     associate (entry => damping%values(damping%diagonal(column) - column + row))
-                        entry = entry + 2.0_wp*ratio*sqrt(damped%square(i))*force(row)*force(column)
-                     end associate
-                  end do
+            call multiply(supported%mass, damped%mode(:, i), force)
+            do column = 1, damping%order
+               do row = 1, column
+                  associate (entry => damping%values(damping%diagonal(column) - column + row))
+                     entry = entry + damped%rate(i)*force(row)*force(column)
+                  end associate
                end do
-            end associate
+            end do
          end do
-      else if (settings%zeta_mass > 0.0_wp) then
+      else if (settings%zeta_mass > 0.0_wp .or. size(model%extra) > 0) then
          allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
+         associate (extra => model%extra, place => damping%diagonal(damping%order - size(model%extra) + 1:))
+            damping%values(place) = extra%mass*(extra%rate - 2.0_wp*settings%zeta*extra%square)
+         end associate
       end if
-      if (bodies > 0 .and. .not. allocated(modes)) call damp_bodies(settings%bodies, common_zeta(settings), &
-         supported%mass, damping)
    end subroutine additional_damping
 
    !> The matrix stored with all entries of each column down to the diagonal, zeros included.

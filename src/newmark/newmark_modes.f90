@@ -24,10 +24,11 @@ contains
       !> The modes, of unit modal mass
       type(free_modes_t), intent(in) :: modes
       !> K = lambda1^4 W^2 and M = 1 of the modes, in E Ibar/L^3 and rho Abar L as those of any model; `stop_dof`,
-      !> `stop_dofs` and `tip_dof` are the entries of these points in a state vector (module `modal_steps`). Root and
-      !> supports are part of the modes
+      !> `stop_dofs`, `partner_dofs` and `tip_dof` are the entries of these points in a state vector (module
+      !> `modal_steps`). Root and supports are part of the modes
       type(beam_model_t), intent(out) :: modal
-      !> Displacement of each point of the beam and then of each body per unit of each mode, [modes, points]
+      !> Displacement of each point of the beam, and then of each extra degree of freedom, per unit of each mode,
+      !> [modes, points]
       real(wp), allocatable, intent(out) :: point_shape(:, :)
 
       ! degrees of freedom of the points in the model, with repetitions
@@ -46,16 +47,22 @@ contains
          modal%supports = modal%supports(:0)
          modal%root_dofs = 0
          repeated_dofs = [model%tip_dof, model%stop_dof, model%stop_dofs]
-         dofs = pack(repeated_dofs, [(findloc(repeated_dofs, repeated_dofs(i), dim=1) == i, i=1, size(repeated_dofs))])
-         point_shape = transpose(modes%mode([dofs, [(i, i=model%mass%order + 1, size(modes%mode, 1))]], :))
+         associate (beam => model%mass%order - size(model%extra))
+            dofs = [pack(repeated_dofs, repeated_dofs <= beam .and. [(findloc(repeated_dofs, repeated_dofs(i), dim=1) &
+               == i, i=1, size(repeated_dofs))]), [(i, i=beam + 1, model%mass%order)]]
+         end associate
+         point_shape = transpose(modes%mode(dofs, :))
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
          modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]
+         do i = 1, size(model%partner_dofs)
+            if (model%partner_dofs(i) > 0) modal%partner_dofs(i) = order + findloc(dofs, model%partner_dofs(i), dim=1)
+         end do
       end associate
    end subroutine make_modal_model
 
-   !> Static equilibrium on the active contacts without loads, in the modes of the run. Neither the beam nor a body may
-   !> have a motion without strain (W = 0).
+   !> Static equilibrium on the active contacts without loads, in the modes of the run. No mode may be
+   !> without strain (W = 0).
    pure subroutine find_rest_in_modes(run, forces, energy)
       !> The run, with its contacts
       type(newmark_run_t), intent(in) :: run
@@ -87,7 +94,7 @@ contains
       forces(place) = active_forces
    end subroutine find_rest_in_modes
 
-   !> Convert a state from modes to the degrees of freedom of nodes and bodies.
+   !> Convert a state from modes to the degrees of freedom of the model.
    pure type(newmark_state_t) function nodal_state(modes, state) result(nodes)
       type(free_modes_t), intent(in) :: modes
       !> Displacement and velocity of the modes

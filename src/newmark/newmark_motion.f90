@@ -8,16 +8,15 @@
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
-   use body_modes, only: count_bodies, has_free_body
    use contact_measures, only: open_measures
    use contact_rows, only: band, contact_row_t, row_value
+   use extra_dofs, only: add_extra_dofs
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
    use mode_choice, only: common_zeta
    use moment_places, only: open_moments
-   use newmark_bodies, only: add_bodies
    use newmark_contacts, only: resolve_contacts
    use newmark_continuation, only: resolve_stored_contacts, start_from_state, state_of
    use newmark_energies, only: kinetic_energy, strain_energy
@@ -34,7 +33,7 @@ module newmark_motion
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: to_text
-   use response_records, only: open_bodies, open_contact_record, open_records
+   use response_records, only: open_contact_record, open_records
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -44,7 +43,7 @@ module newmark_motion
    use skyline_matrix, only: skyline_t
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of, dofs_of, &
+   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of, datum_of, &
       height_from_rest
    use stop_laws, only: make_compliant_stop
    implicit none (type, external)
@@ -128,7 +127,7 @@ contains
       samples = count_samples(settings%response%duration, settings%response%step)
       run%samples = samples
       call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
-         has_loads(settings))
+         has_loads(settings), settings%extra_dofs)
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
       allocate (response%contacts(size(run%contacts)))
@@ -140,7 +139,6 @@ contains
             call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
-      call open_bodies(settings, samples + 1, response%bodies)
       run%records_energy_balance = allocated(response%energy) .or. settings%output%measures &
          .or. allocated(settings%statistics)
       call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
@@ -150,8 +148,7 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval, [(settings%bodies(k)%origin, k=1, &
-         count_bodies(settings))])
+      call open_step_interval(size(run%contacts), places, run%interval, run%origin)
    end subroutine open_outputs
 
    !> Close the contacts of the first instant, and pass its events to the observers.
@@ -211,8 +208,8 @@ contains
       !> Modes that are the degrees of freedom of the steps
       type(free_modes_t), intent(in), optional :: modes
 
-      ! the beam in its degrees of freedom, with its rigid supports fixed, and bodies
-      type(beam_model_t) :: supported
+      ! the beam and extra degrees of freedom; the same with rigid supports fixed, or in modes
+      type(beam_model_t) :: whole, supported
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: point_shape(:, :), shape(:)
@@ -229,41 +226,45 @@ contains
       if (settings%start%kind == start_release) call find_static_start(model, contacts, shape, error)
       if (allocated(error)) return
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
+      whole = model
+      call add_extra_dofs(settings, whole)
+      run%origin = whole%extra%origin
       if (present(modes)) then
          run%modes = modes
-         call make_modal_model(model, modes, supported, point_shape)
+         call make_modal_model(whole, modes, supported, point_shape)
       else
          supported = constrain_supports(model)
+         if (run%release_contact > 0) supported%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
+         ! this check is of the beam alone, and before `additional_damping`, which may extend the matrices to the full
+         ! profile
+         call check_mesh(supported, error)
+         if (allocated(error)) then
+            if (error%status /= status_bad_input) call explain_mesh_error(error)
+            return
+         end if
+         call add_extra_dofs(settings, supported)
       end if
       if (run%release_contact > 0) then
          supported%stop_dof = supported%stop_dofs(contacts(run%release_contact)%stop)
          run%height = datum_of(contacts(run%release_contact))
       end if
-      ! this check is of the beam alone, and before `additional_damping`, which may extend the matrices to the full
-      ! profile
-      if (.not. allocated(run%modes)) call check_mesh(supported, error)
-      if (allocated(error)) then
-         if (error%status /= status_bad_input) call explain_mesh_error(error)
-         return
-      end if
-      if (allocated(settings%bodies) .and. .not. allocated(run%modes)) call add_bodies(settings%bodies, supported)
-      ! a body on a stiff spring may have little damping
-      call divide_step(supported, merge(0.0_wp, settings%zeta, allocated(settings%bodies)), settings%response, &
+      ! an extra degree of freedom on a stiff spring may have little damping
+      call divide_step(supported, merge(settings%zeta, 0.0_wp, size(whole%extra) == 0), settings%response, &
          run%steps_per_sample, error)
       if (allocated(error)) return
-      call prepare_loads(model, settings, run)
-      call additional_damping(settings, model, supported, run%modes, damping, error)
+      call prepare_loads(whole, settings, run)
+      call additional_damping(settings, whole, supported, run%modes, damping, error)
       if (allocated(error)) return
       call make_newmark_stepper(supported, common_zeta(settings), settings%response%newmark_beta, &
          settings%response%newmark_gamma, settings%response%step/real(run%steps_per_sample, wp), run%stepper, error, &
          damping, point_shape)
-      if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
+      if (.not. allocated(error)) call make_start(whole, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call explain_mesh_error(error)
          return
       end if
       run%states(2) = run%states(1)
-      call make_contacts(supported, contacts, count_bodies(settings), run, error)
+      call make_contacts(supported, contacts, run, error)
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
@@ -272,18 +273,16 @@ contains
    end subroutine make_run
 
    !> Prepare the contacts of the run.
-   subroutine make_contacts(supported, contacts, bodies, run, error)
-      !> The beam in its degrees of freedom, and bodies
+   subroutine make_contacts(supported, contacts, run, error)
+      !> The model in the degrees of freedom of the steps
       type(beam_model_t), intent(in) :: supported
       type(contact_t), intent(in) :: contacts(:)
-      !> Number of bodies
-      integer, intent(in) :: bodies
       !> Receives the contacts
       type(newmark_run_t), intent(inout) :: run
       !> Set if the contact tolerance is too wide for two opposite contacts
       type(failure_t), allocatable, intent(out) :: error
 
-      integer :: dofs(2), j, k, n
+      integer :: j, k, n
       logical :: is_active(size(contacts))
 
       n = size(contacts)
@@ -295,8 +294,8 @@ contains
       do k = 1, n
          associate (contact => run%contacts(k))
             contact%contact = contacts(k)
-            dofs = dofs_of(contacts(k), supported%stop_dofs(contacts(k)%stop), run%stepper%length - bodies)
-            contact%row = contact_row_t(dofs(1), contacts(k)%sign, dofs(2))
+            contact%row = contact_row_t(supported%stop_dofs(contacts(k)%stop), contacts(k)%sign, &
+               supported%partner_dofs(contacts(k)%stop))
             if (.not. is_active(k)) contact%status = is_inactive
             call make_compliant_stop(contacts(k)%settings, contact%stop)
             run%has_compliant_stop = run%has_compliant_stop .or. allocated(contact%stop)
@@ -464,17 +463,21 @@ contains
       ! energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
       real(wp) :: energy
       integer :: k
+      ! a mass has no spring
+      logical :: is_free
 
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         if (has_free_body(settings)) then
-            ! a body without spring is at rest only if no contact presses
+         is_free = .false.
+         if (allocated(settings%extra_dofs)) is_free = any(settings%extra_dofs%square <= 0.0_wp)
+         if (is_free) then
+            ! a mass without spring is at rest only if no contact presses
             if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run, forces, energy)
          else
-            call find_static_rest(model, run%contacts%contact, forces, energy, error, settings%bodies)
+            call find_static_rest(model, run%contacts%contact, forces, energy, error, settings%extra_dofs)
          end if
          if (allocated(error)) return
       end if

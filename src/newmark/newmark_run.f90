@@ -196,6 +196,8 @@ module newmark_run
       !> Index of the release contact (`history_list`), to which the histories of the run refer; 0: there are no
       !> contacts
       integer :: release_contact = 1
+      !> Displacement from which each extra degree of freedom counts, [extra]
+      real(wp), allocatable :: origin(:)
       !> Height d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
       !> Coefficients of steps of length step/2^level, computed at first use, [0:deepest_level]

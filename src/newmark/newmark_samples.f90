@@ -9,9 +9,9 @@ module newmark_samples
    use newmark_moments, only: moments_now
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
-   use response_records, only: record_bodies
    use response_types, only: response_t
    use run_recorder, only: record_sample, sample_t
+   use stop_contacts, only: force_on_extra
    implicit none (type, external)
    private
    public :: take_sample, shapes_in_step
@@ -34,7 +34,7 @@ contains
       place = run%sample + 1
       associate (state => run%states(run%now), stepper => run%stepper)
          if (run%release_contact > 0) then
-            ! the release contact may be that of a body, whose histories are those of its gap
+            ! the surface of the release contact may move: the histories are those of the gap
             associate (contact => run%contacts(run%release_contact))
                sample%history(eta_stop) = contact%row%sign*(row_value(contact%row, state%beam%displacement) &
                   - contact%contact%height)
@@ -71,14 +71,11 @@ contains
             end associate
          end do
       end associate
-      if (allocated(response%bodies)) then
-         associate (state => run%states(run%now), origin => run%interval%origin(1:))
-            k = run%stepper%length - size(origin)
-            call record_bodies(place, transpose(reshape([origin + state%beam%displacement(k + 1:k + size(origin)), &
-               state%beam%velocity(k + 1:k + size(origin))], [size(origin), 2])), run%contacts%contact, &
-               run%height_ratio*state%force, response%bodies)
-         end associate
-      end if
+      associate (state => run%states(run%now), n => size(run%origin), before => run%stepper%length - size(run%origin))
+         if (n > 0) sample%extra = reshape([(run%origin(k) + state%beam%displacement(before + k), &
+            state%beam%velocity(before + k), sum(run%height_ratio*state%force*force_on_extra(run%contacts%contact, &
+            k)), k=1, n)], [3, n])
+      end associate
       if (allocated(run%place_weights)) sample%moment = moments_now(run)
       call record_sample(place, sample, run%energy_balance, response)
    end subroutine take_sample

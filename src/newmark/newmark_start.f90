@@ -3,10 +3,9 @@
 module newmark_start
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
-   use body_modes, only: append_bodies, count_bodies, has_free_body
    use contact_rows, only: band
    use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
-      flexible_beam_t, move_onto_contacts, place_bodies
+      flexible_beam_t, move_onto_contacts, place_extra_dofs
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
@@ -21,14 +20,14 @@ module newmark_start
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_contacts, only: active_contacts, contact_t, dofs_of, penetration_tolerance, &
+   use stop_contacts, only: active_contacts, contact_t, penetration_tolerance, &
       shape_of_contact
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: make_start, begin_at_contacts
 
-   !> Finite-element beam with its rigid supports fixed, and bodies.
+   !> Finite-element model with rigid supports fixed.
    type, extends(flexible_beam_t) :: finite_beam_t
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
@@ -38,10 +37,10 @@ module newmark_start
 
 contains
 
-   !> Make the initial state of beam and bodies, and the forces of the contacts that carry them.
+   !> Make the initial state, and the forces of the contacts that carry it.
    subroutine make_start(model, supported, settings, contacts, release_shape, run, error)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed, and bodies
+      !> The model with its rigid supports fixed, or in modes
       type(beam_model_t), intent(in) :: supported
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
@@ -57,8 +56,7 @@ contains
          shape(supported%stiffness%order, 1)
       logical :: is_active(size(contacts))
 
-      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - count_bodies(settings), &
-         error)
+      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - size(model%extra), error)
       if (allocated(error)) return
       displacement = 0.0_wp
       velocity = 0.0_wp
@@ -89,7 +87,7 @@ contains
             end if
          case (start_balance)
             if (run%loads%count > 0) shape(:, 1) = state%beam%load(1:n)
-            call find_balance(model, settings, contacts, is_active, flexible, run%modes, shape, state%force, error)
+            call find_balance(model, contacts, is_active, flexible, run%modes, shape, state%force, error)
             if (allocated(error)) return
             displacement = shape(:, 1)
             where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
@@ -102,9 +100,13 @@ contains
             end if
          end select
          if (allocated(error)) return
-         if (allocated(settings%bodies)) call move_bodies(model, settings, contacts, run%modes, displacement, velocity)
-         if (start%kind /= start_release .or. allocated(settings%bodies)) call check_start(flexible, contacts, &
-            state%force, displacement, error)
+         if (allocated(run%modes)) then
+            call place_extra_dofs(model, start%kind == start_balance, displacement, velocity, run%modes%mode)
+         else
+            call place_extra_dofs(model, start%kind == start_balance, displacement, velocity)
+         end if
+         if (start%kind /= start_release .or. size(model%extra) > 0) call check_start(flexible, contacts, state%force, &
+            displacement, error)
          if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, state%force, displacement, &
             error)
          if (allocated(error)) return
@@ -114,45 +116,41 @@ contains
       end associate
    end subroutine make_start
 
-   !> Static equilibrium under the loads at the start with unilateral contact forces. If the beam or a body can move
-   !> freely, its stiffness matrix is singular, so that the equilibrium is found in modes.
-   subroutine find_balance(model, settings, contacts, is_active, flexible, modes, shape, forces, error)
+   !> Static equilibrium under the loads at the start with unilateral contact forces. If the beam or an extra degree
+   !> of freedom can move freely, the stiffness matrix is singular, so that the equilibrium is found in modes.
+   subroutine find_balance(model, contacts, is_active, flexible, modes, shape, forces, error)
       type(beam_model_t), intent(in) :: model
-      type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
       !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       type(finite_beam_t), intent(in) :: flexible
-      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
+      !> The modes that are the degrees of freedom; unallocated: they are those of the model
       type(free_modes_t), allocatable, intent(in) :: modes
       !> On entry loads on the degrees of freedom; on return displacements, [order, 1]
       real(wp), intent(inout) :: shape(:, :)
       !> Force P of each contact
       real(wp), intent(inout) :: forces(:)
-      !> Set if nothing carries the beam or a body, or its displacements cannot be found
+      !> Set if nothing carries the beam or an extra degree of freedom, or the displacements cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       type(free_modes_t) :: free
       real(wp), allocatable :: load(:, :), q(:)
-      integer :: b, i
+      integer :: i
 
       allocate (load, source=shape)
-      if (.not. (is_mechanism(model) .or. has_free_body(settings))) then
+      if (.not. (is_mechanism(model) .or. any(model%extra%square <= 0.0_wp))) then
          call flexible%find_static_shapes(0.0_wp, load, shape, error)
          if (allocated(error)) return
          call find_static_equilibrium(flexible, contacts, is_active, shape(:, 1), forces, error)
       else if (allocated(modes)) then
-         call find_slow_balance(modes%square, flexible%row, contacts, is_active, load(:, 1), &
-            [(findloc(modes%body, b, dim=1), b=1, count_bodies(settings))], shape(:, 1), forces, error)
+         call find_slow_balance(modes, model%extra, flexible%row, contacts, is_active, load(:, 1), shape(:, 1), &
+            forces, error)
       else
          call find_free_modes(model, free, error)
          if (allocated(error)) return
-         if (allocated(settings%bodies)) call append_bodies(settings%bodies, size(free%square), free)
          allocate (q(size(free%square)))
-         associate (beam => size(q) - count_bodies(settings))
-            call find_slow_balance(free%square, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
-               matmul(load(:, 1), free%mode), [(beam + b, b=1, count_bodies(settings))], q, forces, error)
-         end associate
+         call find_slow_balance(free, model%extra, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
+            matmul(load(:, 1), free%mode), q, forces, error)
          shape(:, 1) = matmul(free%mode, q)
          do i = 1, size(model%supports)
             if (model%supports(i)%stiffness <= 0.0_wp) shape(model%supports(i)%dof, 1) = 0.0_wp
@@ -160,57 +158,30 @@ contains
       end if
    end subroutine find_balance
 
-   !> Set displacements and velocities of the bodies.
-   pure subroutine move_bodies(model, settings, contacts, modes, displacement, velocity)
-      type(beam_model_t), intent(in) :: model
-      !> Start, and bodies
-      type(run_settings_t), intent(in) :: settings
-      type(contact_t), intent(in) :: contacts(:)
-      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
-      type(free_modes_t), allocatable, intent(in) :: modes
-      !> Displacements of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
-      real(wp), intent(inout) :: displacement(:)
-      !> Velocities of the degrees of freedom, of which those of the bodies are set, [degrees of freedom]
-      real(wp), intent(inout) :: velocity(:)
-
-      integer :: b
-
-      associate (dofs => model%stop_dofs(contacts%stop), bodies => size(settings%bodies))
-         if (allocated(modes)) then
-            call place_bodies(settings, contacts, matmul(modes%mode(dofs, :), displacement), [(findloc(modes%body, b, &
-               dim=1), b=1, bodies)], 1.0_wp/sqrt(settings%bodies%mass_ratio), displacement, velocity)
-         else
-            call place_bodies(settings, contacts, displacement(dofs), [(model%mass%order + b, b=1, bodies)], &
-               spread(1.0_wp, 1, bodies), displacement, velocity)
-         end if
-      end associate
-   end subroutine move_bodies
-
-   !> Collect the matrices and contact rows of the beam and of bodies.
+   !> Collect matrices and contact rows.
    pure subroutine make_flexible(model, supported, modes, contacts, flexible)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed, and bodies
+      !> The model with its rigid supports fixed, or in modes
       type(beam_model_t), intent(in) :: supported
-      !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of nodes and bodies
+      !> The modes that are the degrees of freedom; unallocated: they are those of the model
       type(free_modes_t), allocatable, intent(in) :: modes
       type(contact_t), intent(in) :: contacts(:)
       type(finite_beam_t), intent(out) :: flexible
 
-      integer :: dofs(2), k
+      integer :: k
 
       flexible%stiffness = supported%stiffness
       flexible%mass = supported%mass
       allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
-         associate (dof => model%stop_dofs(contacts(k)%stop), contact => contacts(k))
-            if (allocated(modes)) then
-               flexible%row(:, k) = shape_of_contact(contact, dof, model%mass%order, modes%mode)
-               cycle
-            end if
-            dofs = dofs_of(contact, dof, model%mass%order)
-            if (any(model%supports%dof == dofs(1) .and. model%supports%stiffness <= 0.0_wp)) dofs(1) = 0
-            if (dofs(1) > 0) flexible%row(dofs(1), k) = contact%sign
-            if (dofs(2) > 0) flexible%row(dofs(2), k) = -contact%sign
+         if (allocated(modes)) then
+            flexible%row(:, k) = shape_of_contact(contacts(k), model, modes%mode)
+            cycle
+         end if
+         associate (dof => model%stop_dofs(contacts(k)%stop), partner => model%partner_dofs(contacts(k)%stop))
+            flexible%row(dof, k) = merge(0.0_wp, contacts(k)%sign, any(model%supports%dof == dof .and. &
+               model%supports%stiffness <= 0.0_wp))
+            if (partner > 0) flexible%row(partner, k) = -contacts(k)%sign
          end associate
       end do
    end subroutine make_flexible
@@ -246,7 +217,7 @@ contains
    !> momenta of that motion at the degrees of freedom.
    subroutine set_in_motion(model, supported, start, displacement, velocity, error)
       type(beam_model_t), intent(in) :: model
-      !> The beam with its rigid supports fixed, and bodies
+      !> The model with its rigid supports fixed
       type(beam_model_t), intent(in) :: supported
       type(start_settings_t), intent(in) :: start
       !> Displacements of the degrees of freedom, [degrees of freedom]
@@ -260,19 +231,17 @@ contains
       type(skyline_t) :: factors
       integer :: i
 
-      associate (order => model%mass%order)
-         if (is_in_mode(start)) then
-            call find_free_modes(model, modes, error)
-            if (allocated(error)) return
-            associate (tip => modes%mode(modes%tip_dof, start%mode))
-               if (start%kind == start_mode) displacement(:order) = start%displacement/tip*modes%mode(:, start%mode)
-               velocity(:order) = start%velocity/tip*modes%mode(:, start%mode)
-            end associate
-            return
-         end if
-         ! until they are multiplied by M^-1, both vectors are products of mass and motion
-         call find_start_momenta(model, start, displacement(:order), velocity(:order))
-      end associate
+      if (is_in_mode(start)) then
+         call find_free_modes(model, modes, error)
+         if (allocated(error)) return
+         associate (tip => modes%mode(modes%tip_dof, start%mode))
+            if (start%kind == start_mode) displacement = start%displacement/tip*modes%mode(:, start%mode)
+            velocity = start%velocity/tip*modes%mode(:, start%mode)
+         end associate
+         return
+      end if
+      ! until they are multiplied by M^-1, both vectors are products of mass and motion
+      call find_start_momenta(model, start, displacement, velocity)
       do i = 1, size(model%supports)
          if (model%supports(i)%stiffness > 0.0_wp) cycle
          displacement(model%supports(i)%dof) = 0.0_wp
@@ -295,7 +264,7 @@ contains
       !> Velocities of the modes, [modes]
       real(wp), intent(inout) :: velocity(:)
 
-      ! momenta of the degrees of freedom of the nodes
+      ! momenta of the degrees of freedom
       real(wp) :: momentum(model%mass%order, 2)
 
       if (is_in_mode(start)) then
@@ -306,10 +275,8 @@ contains
          return
       end if
       call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
-      associate (shapes => modes%mode(:size(momentum, 1), :))
-         displacement = matmul(momentum(:, 1), shapes)
-         velocity = matmul(momentum(:, 2), shapes)
-      end associate
+      displacement = matmul(momentum(:, 1), modes%mode)
+      velocity = matmul(momentum(:, 2), modes%mode)
    end subroutine set_modes_in_motion
 
    !> Close the contacts that carry the beam at the start, are hit at the start, or have a compressive reaction.

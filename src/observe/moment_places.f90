@@ -95,7 +95,8 @@ contains
 
       allocate (weights%contact(size(contacts), size(weights%stiffness, 2)), source=0.0_wp)
       if (allocated(modes%truncated_mode)) then
-         static = matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), weights%stiffness) &
+         static = matmul(modes%truncated_mode, matmul(transpose(modes%truncated_mode), &
+            weights%stiffness(:size(modes%truncated_mode, 1), :)) &
             /spread(modes%truncated_square, 2, size(weights%stiffness, 2)))
          if (loads%count > 0) weights%load = weights%load + matmul(transpose(loads%vector(:size(static, 1), :)), static)
          do k = 1, size(contacts)

@@ -1,22 +1,22 @@
 !> The records of a run, for either method: allocation of histories (values at equal time steps) of beam, contacts,
-!> bodies and energies, and of shapes (displacements, slopes and their rates along the whole beam at given instants),
-!> and recording of the bodies. Other modules record the rest.
+!> extra degrees of freedom and energies, and of shapes (displacements, slopes and their rates along the whole beam at
+!> given instants). Other modules record them.
 module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
    use measure_list, only: owner_of
-   use response_types, only: body_record_t, response_t, contact_record_t
-   use run_settings, only: count_samples, output_settings_t, run_settings_t
+   use response_types, only: contact_record_t, extra_record_t, response_t
+   use run_settings, only: count_samples, extra_dof_t, output_settings_t
    use sorting, only: ascending_order
-   use stop_contacts, only: contact_t, force_on_body, observed_height
+   use stop_contacts, only: contact_t, observed_height
    implicit none (type, external)
    private
-   public :: open_records, open_contact_record, open_bodies, record_bodies
+   public :: open_records, open_contact_record
 
 contains
 
    !> Allocate the requested histories and shapes.
-   pure subroutine open_records(elements, settings, samples, step, response, is_driven)
+   pure subroutine open_records(elements, settings, samples, step, response, is_driven, extra)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
       !> Requested output
@@ -29,6 +29,8 @@ contains
       type(response_t), intent(inout) :: response
       !> Whether loads act on the beam, so that their work is recorded; default false
       logical, intent(in), optional :: is_driven
+      !> Extra degrees of freedom; absent: there are none
+      type(extra_dof_t), intent(in), optional :: extra(:)
 
       integer :: i, shapes
 
@@ -39,6 +41,7 @@ contains
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
          end do
+         if (present(extra)) call open_extra_records(extra, settings%history, n, response%extra)
          if (settings%energy) then
             allocate (response%energy)
             associate (energy => response%energy)
@@ -127,48 +130,26 @@ contains
       if (output%energy) allocate (record%energy(length), record%dissipated(length), source=0.0_wp)
    end subroutine open_contact_record
 
-   !> Set position and rest in the records of all bodies, and allocate their histories: displacement, velocity and
-   !> force, if the histories of these quantities at the stop are requested.
-   pure subroutine open_bodies(settings, length, bodies)
-      type(run_settings_t), intent(in) :: settings
+   !> Set position and rest in the records of extra degrees of freedom, and allocate their histories: displacement,
+   !> velocity and force, if the histories of these quantities at the stop are requested.
+   pure subroutine open_extra_records(extra, history, length, records)
+      type(extra_dof_t), intent(in) :: extra(:)
+      !> Which of the histories in `history_table` are recorded
+      logical, intent(in) :: history(:)
       !> Number of samples, including that at the start
       integer, intent(in) :: length
-      !> Unallocated: there are no bodies
-      type(body_record_t), allocatable, intent(out) :: bodies(:)
+      type(extra_record_t), allocatable, intent(out) :: records(:)
 
-      integer :: b
+      integer :: i
 
-      if (.not. allocated(settings%bodies)) return
-      allocate (bodies(size(settings%bodies)))
-      bodies%position = settings%bodies%position
-      bodies%rest = settings%bodies%rest
-      associate (history => settings%output%history)
-         do b = 1, size(bodies)
-            if (history(eta_stop)) allocate (bodies(b)%displacement(length), source=0.0_wp)
-            if (history(velocity_stop)) allocate (bodies(b)%velocity(length), source=0.0_wp)
-            if (history(force_stop)) allocate (bodies(b)%force(length), source=0.0_wp)
-         end do
-      end associate
-   end subroutine open_bodies
-
-   !> Record a sample of all bodies.
-   pure subroutine record_bodies(place, motion, contacts, force, bodies)
-      !> Index in the histories, from 1
-      integer, intent(in) :: place
-      !> Displacement z and velocity of each body, [2, bodies]
-      real(wp), intent(in) :: motion(:, :)
-      type(contact_t), intent(in) :: contacts(:)
-      !> Force Pbar of each contact, [contacts]
-      real(wp), intent(in) :: force(:)
-      type(body_record_t), intent(inout) :: bodies(:)
-
-      integer :: b
-
-      do b = 1, size(bodies)
-         if (allocated(bodies(b)%displacement)) bodies(b)%displacement(place) = motion(1, b)
-         if (allocated(bodies(b)%velocity)) bodies(b)%velocity(place) = motion(2, b)
-         if (allocated(bodies(b)%force)) bodies(b)%force(place) = sum(force*force_on_body(contacts, b))
+      allocate (records(size(extra)))
+      records%position = extra%position
+      records%rest = extra%rest
+      do i = 1, size(extra)
+         if (history(eta_stop)) allocate (records(i)%displacement(length), source=0.0_wp)
+         if (history(velocity_stop)) allocate (records(i)%velocity(length), source=0.0_wp)
+         if (history(force_stop)) allocate (records(i)%force(length), source=0.0_wp)
       end do
-   end subroutine record_bodies
+   end subroutine open_extra_records
 
 end module response_records

@@ -16,7 +16,7 @@ module response_types
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, body_record_t, contact_record_t, contact_name, moment_record_t, moment_extremes_t, &
+   public :: response_t, event_t, extra_record_t, contact_record_t, contact_name, moment_record_t, moment_extremes_t, &
       moment_window_t, &
       append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
@@ -319,20 +319,20 @@ module response_types
       real(wp), allocatable :: class_cycles(:)
    end type moment_window_t
 
-   !> Histories of a body.
-   type :: body_record_t
+   !> Histories of an extra degree of freedom z.
+   type :: extra_record_t
       !> Position x/L
       real(wp) :: position = 0.0_wp
       !> Displacement z at the sample times; unallocated: not requested
       real(wp), allocatable :: displacement(:)
       !> Velocity z' at the sample times; unallocated: not requested
       real(wp), allocatable :: velocity(:)
-      !> Sum of all contact forces on the body, as Pbar, positive upwards, at the sample times; unallocated: not
+      !> Sum of all contact forces on it, as Pbar, positive upwards, at the sample times; unallocated: not
       !> requested
       real(wp), allocatable :: force(:)
-      !> z at which the spring of the body has no force
+      !> z at which its spring has no force
       real(wp) :: rest = 0.0_wp
-   end type body_record_t
+   end type extra_record_t
 
    !> Result of a run.
    type :: response_t
@@ -346,8 +346,8 @@ module response_types
       type(series_t) :: history(history_count)
       !> Contacts in the scene's order, below before above; unallocated: there is one contact
       type(contact_record_t), allocatable :: contacts(:)
-      !> Bodies in the scene's order; unallocated: there are none
-      type(body_record_t), allocatable :: bodies(:)
+      !> Extra degrees of freedom, in the order of &body; unallocated: there are none
+      type(extra_record_t), allocatable :: extra(:)
       !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
       !> Moments at the requested places within the window of &statistics; unallocated: not requested

@@ -46,6 +46,9 @@ module run_recorder
       real(wp) :: work = 0.0_wp
       !> Bending moments, [places]
       real(wp), allocatable :: moment(:)
+      !> Displacement and velocity of each extra degree of freedom, and Pbar of the contact forces on it, [3, extra];
+      !> unallocated: there are none
+      real(wp), allocatable :: extra(:, :)
    end type sample_t
 
    !> Recorder of a run by the exact method, phase by phase.
@@ -97,6 +100,15 @@ contains
       if (allocated(sample%moment)) then
          do i = 1, size(sample%moment)
             if (allocated(response%moments(i)%moment)) response%moments(i)%moment(place) = sample%moment(i)
+         end do
+      end if
+      if (allocated(sample%extra)) then
+         do i = 1, size(response%extra)
+            associate (record => response%extra(i))
+               if (allocated(record%displacement)) record%displacement(place) = sample%extra(1, i)
+               if (allocated(record%velocity)) record%velocity(place) = sample%extra(2, i)
+               if (allocated(record%force)) record%force(place) = sample%extra(3, i)
+            end associate
          end do
       end if
       if (.not. allocated(response%energy)) return

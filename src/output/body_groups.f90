@@ -2,7 +2,7 @@
 module body_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
-   use response_types, only: body_record_t
+   use response_types, only: extra_record_t
    implicit none (type, external)
    private
    public :: write_bodies
@@ -13,7 +13,7 @@ contains
    subroutine write_bodies(group, bodies, tau)
       type(quantity_group_t), intent(in) :: group
       !> Bodies in the order of the scene
-      type(body_record_t), intent(in) :: bodies(:)
+      type(extra_record_t), intent(in) :: bodies(:)
       !> Sample times tau; without them no histories are written
       real(wp), contiguous, intent(in), optional :: tau(:)
 

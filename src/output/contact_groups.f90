@@ -4,6 +4,7 @@ module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measure_lists
+   use point_groups, only: contact_points, put_points
    use quantity_groups, only: quantity_group_t
    use response_types, only: contact_name, contact_record_t
    use run_measures, only: row_of
@@ -24,9 +25,7 @@ contains
       character(*), parameter :: along = 'surface'
       integer :: i
 
-      call group%put(along, [(i, i=1, size(contacts))], &
-         'surface, in the order of &stop and &body, below before above', &
-         is_scale=.true.)
+      call put_points(group, contact_points, size(contacts))
       call group%attribute('flag_values', [(i, i=1, size(contacts))], along)
       call group%attribute('flag_meanings', contact_names(contacts), along)
       call group%put('stop', [contacts%stop], 'which &stop it belongs to, 0: to none', along)

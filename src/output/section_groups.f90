@@ -2,6 +2,7 @@
 !> phase angle in each period of the load.
 module section_groups
    use kinds, only: wp
+   use point_groups, only: contact_points, extra_points, put_motion, put_points
    use quantity_groups, only: quantity_group_t
    use section_types, only: run_sections_t
    implicit none (type, external)
@@ -18,7 +19,7 @@ contains
       !> Names of the contacts, with blanks between them
       character(*), intent(in) :: names
 
-      integer :: k, bodies, contacts
+      integer :: k, contacts, extra
 
       associate (n => sections%count)
          call group%put_attribute('period', sections%period, 'time')
@@ -41,22 +42,15 @@ contains
             'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
          contacts = size(sections%contact, 2)
          if (contacts > 0) then
-            call group%put('surface', [(k, k=1, contacts)], &
-               'surface, in the order of &stop and &body, below before above', &
-               is_scale=.true.)
+            call put_points(group, contact_points, contacts)
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
-            call group%put('displacement_stop', sections%contact(1, :, :n), 'displacement', &
-               'displacement of the beam there, up from the unstressed beam, relative to the body if it is one; ' &
-               //'at floor and ceiling that of the body', 'surface tau')
-            call group%put('velocity_stop', sections%contact(2, :, :n), 'velocity', 'its velocity', 'surface tau')
+            call put_motion(group, contact_points, sections%contact(1, :, :n), sections%contact(2, :, :n))
          end if
-         bodies = ubound(sections%displacement, 2)
-         if (bodies > 0) then
-            call group%put('body', [(k, k=1, bodies)], 'body, in the order of &body', is_scale=.true.)
-            call group%put('displacement_body', sections%displacement(1, 1:, :n), 'displacement', &
-               'displacement of the body, up', 'body tau')
-            call group%put('velocity_body', sections%displacement(2, 1:, :n), 'velocity', 'its velocity', 'body tau')
+         extra = ubound(sections%displacement, 2)
+         if (extra > 0) then
+            call put_points(group, extra_points, extra)
+            call put_motion(group, extra_points, sections%displacement(1, 1:, :n), sections%displacement(2, 1:, :n))
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &

@@ -8,6 +8,7 @@ module section_map
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
+   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_common_modes
    use free_modes, only: free_modes_t, max_rigid_square
@@ -85,6 +86,7 @@ contains
       !> Set if the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
+      type(beam_model_t) :: whole
       type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
@@ -112,12 +114,13 @@ contains
       ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
+      whole = model
+      call add_extra_dofs(settings, whole)
       allocate (contacts, source=contacts_of(settings))
       allocate (map%contacts(size(contacts)), map%value(size(map%modes%square), size(contacts)))
       do k = 1, size(contacts)
          call make_contact_state(contacts(k), map%contacts(k))
-         map%value(:, k) = shape_of_contact(contacts(k), model%stop_dofs(contacts(k)%stop), model%mass%order, &
-            map%modes%mode)
+         map%value(:, k) = shape_of_contact(contacts(k), whole, map%modes%mode)
       end do
       allocate (map%branch_contacts(0))
       do k = 1, size(contacts)

@@ -267,7 +267,7 @@ contains
             call input%complain(group, '', "needs data, the file of a signal, such as data = 'signal.csv'")
          else if (fit%observed == 0) then
             call input%complain(group, '', "needs of, what was measured, such as of = 'displacement_tip'")
-         else if (.not. (observed_table(fit%observed)%is_of_tip .or. scene%has_stop .or. scene%has_bodies)) then
+         else if (.not. (observed_table(fit%observed)%is_of_tip .or. scene%has_contacts())) then
             call input%complain(group, 'of', 'needs &stop')
          else if (fit%time_column == fit%value_column) then
             call input%complain(group, 'time_column value_column', 'must differ')

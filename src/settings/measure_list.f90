@@ -8,7 +8,7 @@ module measure_list
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
       first_statistic, former_names, formerly_named, measure_of_word, measure_words
    public :: force_window, measure_decay, measure_force, measure_mean_force, measure_tolerance
-   public :: measured_groups, measured_stops, measured_bodies, owner_of, statistics_of_stop, first_of_stops, demand_of
+   public :: measured_groups, likewise_measured, owner_of, statistics_of_stop, first_of_stops, demand_of
 
    !> A measure.
    type :: measure_t
@@ -43,7 +43,12 @@ module measure_list
    !> Groups of these measures: stops, contacts of bodies with the beam, floors and ceilings of bodies
    character(7), parameter :: measured_groups(measured) = [character(7) :: 'stop_1', 'stop_2', 'stop_3', 'stop_4', &
       'stop_5', 'stop_6', 'body_1', 'body_2', 'body_3', 'floor_1', 'floor_2', 'floor_3']
-   ! the same in words
+   !> Words after the meaning of a measure of the first of these groups
+   character(*), parameter :: likewise_measured = '; likewise '//trim(measured_groups(2))//' to ' &
+      //trim(measured_groups(measured_stops))//', '//trim(measured_groups(measured_stops + 1))//' to ' &
+      //trim(measured_groups(measured_stops + measured_bodies))//', '//trim(measured_groups(measured_stops &
+      + measured_bodies + 1))//' to '//trim(measured_groups(measured))
+   ! the groups in words
    character(28), parameter :: group_words(measured) = [character(28) :: 'stop 1', 'stop 2', 'stop 3', 'stop 4', &
       'stop 5', 'stop 6', 'body 1', 'body 2', 'body 3', 'floor or ceiling of body 1', 'floor or ceiling of body 2', &
       'floor or ceiling of body 3']

@@ -15,9 +15,9 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
-   public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t
+   public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t, extra_dof_t
    public :: law_restitution, law_three_element, law_spring_damper, law_table
-   public :: stop_released_from, count_samples, end_of_run, moves_in_modes
+   public :: stops_of, stop_released_from, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -98,10 +98,10 @@ module run_settings
       integer :: body = 0
       !> Whether the contact is between the body and its fixed floor or ceiling, instead of between body and beam
       logical :: is_of_base = .false.
-      !> z / D at which the spring of the body has no force
-      real(wp) :: rest = 0.0_wp
-      !> z / D from which the run counts the coordinate of the body
-      real(wp) :: origin = 0.0_wp
+      !> Added to the height of the contact surface: the height if the coordinate of the body counts from z = 0
+      real(wp) :: shift_to_zero = 0.0_wp
+      !> Added to the height of the contact surface: the height if the coordinate counts from `rest`
+      real(wp) :: shift_to_rest = 0.0_wp
    end type stop_settings_t
 
    !> Settings of a &body, a rigid body that moves in the direction of the deflection, dimensionless. Its displacement z
@@ -131,14 +131,36 @@ module run_settings
       real(wp) :: floor = -1.0_wp
       !> Distance of a fixed ceiling above z = 0, in D; < 0: there is no ceiling
       real(wp) :: ceiling = -1.0_wp
-      !> z / D from which the run counts the coordinate of the body: `rest`, or where a body without spring that starts
-      !> near a surface meets it
-      real(wp) :: origin = 0.0_wp
       !> Law and parameters of the contacts with the beam; other components are not used
       type(stop_settings_t) :: contact
       !> Law and parameters of the contacts with floor and ceiling; other components are not used
       type(stop_settings_t) :: base_contact
    end type body_settings_t
+
+   !> A degree of freedom z besides those of the beam, of which contacts alone couple it to the beam: an oscillator
+   !> z'' + r z' + W^2 z = 0 with a mass. A body is one.
+   type :: extra_dof_t
+      !> Name for messages
+      character(name_length) :: name = ''
+      !> Position x / L
+      real(wp) :: position = 1.0_wp
+      !> Mass in rho Abar L
+      real(wp) :: mass = 1.0_wp
+      !> W^2, squared circular frequency over omega1^2; 0: the mass moves freely
+      real(wp) :: square = 0.0_wp
+      !> r, damping rate over omega1
+      real(wp) :: rate = 0.0_wp
+      !> Displacement in D from which the run counts z
+      real(wp) :: origin = 0.0_wp
+      !> Displacement in D at which its spring has no force
+      real(wp) :: rest = 0.0_wp
+      !> z at the start, in D, unless the run starts in equilibrium
+      real(wp) :: start_displacement = 0.0_wp
+      !> Whether that displacement is relative to the beam instead of the base
+      logical :: starts_from_beam = .false.
+      !> dz/dtau at the start, in D
+      real(wp) :: start_velocity = 0.0_wp
+   end type extra_dof_t
 
    !> Tolerance of modal truncation, in eta, for reference runs with which the results of other runs are compared.
    real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
@@ -282,8 +304,9 @@ module run_settings
       real(wp) :: height_ratio = 0.075_wp
       !> Stops besides `stop`; unallocated: none
       type(stop_settings_t), allocatable :: more_stops(:)
-      !> Moving bodies; their contacts are among the stops. Unallocated: none
-      type(body_settings_t), allocatable :: bodies(:)
+      !> Degrees of freedom besides those of the beam, in the order of &body; their contacts are among the stops.
+      !> Unallocated: none
+      type(extra_dof_t), allocatable :: extra_dofs(:)
       !> Number of the stop from which the beam is released; `stop` is number 1
       integer :: release_stop = 1
       !> Whether the run has stops; if not, `stop%position` is the point whose histories are recorded
@@ -312,6 +335,24 @@ module run_settings
    end type run_settings_t
 
 contains
+
+   !> All stops of a run, in the order of the scene.
+   pure function stops_of(settings) result(stops)
+      type(run_settings_t), intent(in) :: settings
+      type(stop_settings_t), allocatable :: stops(:)
+
+      integer :: further
+
+      if (.not. settings%has_stop) then
+         allocate (stops(0))
+         return
+      end if
+      further = 0
+      if (allocated(settings%more_stops)) further = size(settings%more_stops)
+      allocate (stops(1 + further))
+      stops(1) = settings%stop
+      if (further > 0) stops(2:) = settings%more_stops
+   end function stops_of
 
    !> Number of samples after the start: whole steps within the duration, with an allowance for rounding of the
    !> quotient.

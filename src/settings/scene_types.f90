@@ -8,6 +8,7 @@ module scene_types
    use inference_settings, only: fit_settings_t, sensitivity_settings_t, uncertainty_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
+   use measure_list, only: measured_groups
    use mesh_checks, only: mesh_check_t
    use orbit_settings, only: orbit_settings_t
    use root_and_mass_settings, only: mass_settings_t, root_settings_t
@@ -399,6 +400,7 @@ module scene_types
       !> Units of the results, one of the `output_` constants; 0: not given
       integer :: output_units = 0
    contains
+      procedure :: has_contacts
       procedure :: has_group
    end type scene_t
 
@@ -413,6 +415,13 @@ contains
       if (scene%has_stop) stops = [scene%stop]
       if (scene%has_stop .and. allocated(scene%more_stops)) stops = [stops, scene%more_stops]
    end function all_stops
+
+   !> Whether the scene has stops or bodies.
+   pure logical function has_contacts(scene) result(has)
+      class(scene_t), intent(in) :: scene
+
+      has = scene%has_stop .or. scene%has_bodies
+   end function has_contacts
 
    !> Whether the scene has stops, all of them rigid.
    pure logical function has_rigid_stops(scene) result(answer)
@@ -438,9 +447,6 @@ contains
          has = scene%wants_stress .and. (scene%wants_statistics .or. scene%stress%fatigue_slope > 0.0_wp)
       case ('fatigue')
          has = scene%wants_stress .and. scene%stress%fatigue_slope > 0.0_wp
-      case ('stop_1', 'stop_2', 'stop_3', 'stop_4', 'stop_5', 'stop_6', 'body_1', 'body_2', 'body_3', 'floor_1', &
-         'floor_2', 'floor_3')
-         has = scene%wants_statistics .and. has_own_statistics(scene, group)
       case ('relay')
          has = scene%wants_relay
       case ('poincare')
@@ -453,6 +459,7 @@ contains
          has = scene%wants_spectrum
       case default
          has = .true.
+         if (any(group == measured_groups)) has = scene%wants_statistics .and. has_own_statistics(scene, group)
       end select
    end function has_group
 

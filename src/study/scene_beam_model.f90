@@ -5,15 +5,15 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, shaped_section, tapered_section
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
-   use kinds, only: wp
+   use kinds, only: lambda1_power4, wp
    use load_periods, only: period_of, varies_to
-   use load_settings, only: course_step, start_drop
+   use load_settings, only: course_step, start_drop, start_settings_t
    use mass_choice, only: is_redistribution_more_accurate
    use mode_trials, only: is_driven
    use number_text, only: to_text
    use root_and_mass_settings, only: root_pinned
-   use run_settings, only: body_settings_t, end_of_run, run_settings_t, side_above, side_below, stop_released_from, &
-      stop_settings_t
+   use run_settings, only: body_settings_t, end_of_run, extra_dof_t, run_settings_t, side_above, side_below, &
+      side_both, stop_released_from, stop_settings_t
    use scene_requests, only: harmonic_frequencies, has_gravity_alone, set_period
    use scene_types, only: all_stops, beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement, support_rotation
@@ -172,7 +172,7 @@ contains
       do k = 1, size(scene%supports)
          conflict = ''
          associate (node => mesh%further_nodes(supports_offset + k), support => scene%supports(k))
-            if ((scene%has_stop .or. scene%has_bodies) .and. (mesh%stop_node == node .or. &
+            if (scene%has_contacts() .and. (mesh%stop_node == node .or. &
                any(mesh%further_nodes(:supports_offset) == node))) then
                conflict = conflict_with_support(support)
             end if
@@ -238,6 +238,7 @@ contains
       type(scene_t), intent(in) :: scene
 
       type(stop_settings_t), allocatable :: stops(:)
+      integer :: k
 
       settings%zeta = scene%zeta
       settings%zeta_mass = scene%zeta_mass
@@ -248,10 +249,8 @@ contains
       settings%stop = scene%stop
       if (size(stops) > 0) settings%stop = stops(1)
       if (size(stops) > 1) settings%more_stops = stops(2:)
-      if (allocated(scene%bodies)) then
-         settings%bodies = scene%bodies
-         settings%bodies%origin = origin_of(scene%bodies)
-      end if
+      if (allocated(scene%bodies)) settings%extra_dofs = [(extra_dof_of(k, scene%bodies(k), settings%start), &
+         k=1, size(scene%bodies))]
       ! the number of the stop from which the beam is released is 1 by default
       if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
          scene%release_stop)
@@ -345,6 +344,41 @@ contains
       if (body%ceiling >= 0.0_wp .and. abs(start - body%ceiling) < abs(start - origin)) origin = body%ceiling
    end function origin_of
 
+   !> A body as a degree of freedom besides those of the beam. At the start a body is at its given distance from the
+   !> beam, or, without a given distance, where its spring has no force; without a spring it is in the middle of its
+   !> cavity.
+   pure type(extra_dof_t) function extra_dof_of(number, body, start) result(extra)
+      !> Number of the body
+      integer, intent(in) :: number
+      type(body_settings_t), intent(in) :: body
+      !> Start of the beam
+      type(start_settings_t), intent(in) :: start
+
+      ! 1 for a body below the beam, else -1
+      real(wp) :: side
+
+      extra%name = '&body number '//to_text(number)
+      extra%position = body%position
+      extra%mass = body%mass_ratio
+      ! a sweep over the mass may leave it open
+      if (extra%mass > 0.0_wp) then
+         ! the units are 3 E Ibar/L^3, rho Abar L and omega1^2 = lambda1^4 E Ibar/(rho Abar L^4)
+         extra%square = 3.0_wp*body%spring_ratio/(lambda1_power4*body%mass_ratio)
+         extra%rate = 2.0_wp*body%damping_ratio*sqrt(extra%square) + 3.0_wp*body%base_damper_ratio &
+            /(lambda1_power4*body%mass_ratio)
+      end if
+      extra%origin = origin_of(body)
+      extra%rest = body%rest
+      extra%starts_from_beam = body%start_gap >= 0.0_wp .or. (body%side == side_both .and. body%spring_ratio <= 0.0_wp)
+      if (body%start_gap >= 0.0_wp) then
+         side = merge(1.0_wp, -1.0_wp, body%side == side_below)
+         ! if the origin is the contact with the beam, the difference in brackets is exactly 0
+         extra%start_displacement = (side*body%clearance - extra%origin) - side*body%start_gap
+      end if
+      extra%start_velocity = body%start_velocity
+      if (start%kind == start_drop) extra%start_velocity = extra%start_velocity - start%velocity
+   end function extra_dof_of
+
    !> A contact of a body as a stop.
    pure type(stop_settings_t) function contact_of_body(number, side, body, height, is_of_base) result(stop)
       !> Number of the body
@@ -364,8 +398,10 @@ contains
       stop%preload = height
       stop%body = number
       stop%is_of_base = is_of_base
-      stop%rest = body%rest
-      stop%origin = origin_of(body)
+      associate (direction => merge(1.0_wp, -1.0_wp, (side == side_below) .eqv. is_of_base))
+         stop%shift_to_zero = direction*origin_of(body)
+         stop%shift_to_rest = direction*(origin_of(body) - body%rest)
+      end associate
    end function contact_of_body
 
    !> Set the loads on the beam and the initial conditions.

@@ -80,7 +80,7 @@ contains
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
-      if (allocated(response) .and. (scene%has_stop .or. scene%has_bodies)) then
+      if (allocated(response) .and. scene%has_contacts()) then
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
          call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), errors, &

@@ -8,7 +8,8 @@ module sweep_plan
    use number_text, only: to_text
    use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
-   use run_settings, only: method_newmark
+   use run_settings, only: method_newmark, stops_of
+   use scene_beam_model, only: run_settings_of
    use scene_types, only: scene_t
    use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, is_swept, parameter_t, &
       sweep_settings_t, values_given
@@ -177,8 +178,7 @@ contains
          cost = max(run%duration, 1.0_wp)*real(2*max(scene%mesh%elements, 1), wp)
          if (run%method == method_newmark) cost = cost*max(0.01_wp/run%step, 1.0_wp)
       end associate
-      if (allocated(scene%bodies)) cost = cost*real(1 + 2*size(scene%bodies), wp)**2
-      if (allocated(scene%more_stops)) cost = cost*real(1 + size(scene%more_stops), wp)**2
+      cost = cost*real(max(1, size(stops_of(run_settings_of(scene)))), wp)**2
       minimum = max(min_size, min(nint(real(max_size, wp)*min(1.0_wp, reference_cost/cost)), cases/min_chunks))
    end function min_chunk_size
 

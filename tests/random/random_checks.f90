@@ -4,7 +4,6 @@ module random_checks
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_long, c_null_funptr, c_null_ptr
    use analyses, only: analysed_t
    use beam_model, only: beam_model_t
-   use body_modes, only: damping_rate_of, squared_frequency_of
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
@@ -16,7 +15,8 @@ module random_checks
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
-   use run_settings, only: impulse_momentum, law_restitution, method_exact, stop_settings_t
+   use run_settings, only: impulse_momentum, law_restitution, method_exact, run_settings_t, stop_settings_t
+   use scene_beam_model, only: run_settings_of
    use scene_draft, only: draft_t, drop, has_name, mend, numbered, put, save_text, text_of
    use scene_drawing, only: place_of_parameter, table_file
    use scene_names, only: name_t
@@ -459,9 +459,9 @@ contains
          unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values)) &
             + sqrt(maxval(response%energy%strain))
          if (.not. scene%has_bodies) return
-         do k = 1, size(response%bodies)
-            unit = max(unit, maxval(abs(response%bodies(k)%displacement)), epsilon(1.0_wp)/rounding &
-               *scene%response%duration*maxval(abs(response%bodies(k)%velocity)))
+         do k = 1, size(response%extra)
+            unit = max(unit, maxval(abs(response%extra(k)%displacement)), epsilon(1.0_wp)/rounding &
+               *scene%response%duration*maxval(abs(response%extra(k)%velocity)))
          end do
          return
       end if
@@ -530,13 +530,15 @@ contains
 
       type(failure_t), allocatable :: error
       real(wp), parameter :: promised = 1.0e-6_wp
+      type(run_settings_t) :: settings
       real(wp) :: frequency
 
       call rounding_of_energy(model, share, error)
       call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*scene%response%step/lambda1**2)**2
-      if (scene%has_bodies) share = share + epsilon(1.0_wp)*scene%response%step*maxval(damping_rate_of(scene%bodies) &
-         + squared_frequency_of(scene%bodies)*scene%response%step)
+      settings = run_settings_of(scene)
+      if (scene%has_bodies) share = share + epsilon(1.0_wp)*scene%response%step*maxval(settings%extra_dofs%rate &
+         + settings%extra_dofs%square*scene%response%step)
       ! an estimate by the shape at the start, right to its order
       share = min(promised, 1.0e-9_wp + 10.0_wp*share)
    end function rounding_of_steps

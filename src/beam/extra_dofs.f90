@@ -1,0 +1,74 @@
+!> Degrees of freedom besides those of the beam, such as those of bodies: the last of an assembled model, with entries
+!> on the diagonals of K and M alone. Contacts, whose rows have entries for these degrees of freedom, couple them to the
+!> beam.
+module extra_dofs
+   use beam_model, only: beam_model_t
+   use kinds, only: lambda1_power4, wp
+   use run_settings, only: extra_dof_t, run_settings_t, stop_settings_t, stops_of
+   use skyline_matrix, only: skyline_t
+   implicit none (type, external)
+   private
+   public :: add_extra_dofs, beam_alone
+
+contains
+
+   !> Append the extra degrees of freedom of a run to the model of its beam, and let the contacts of bodies refer to
+   !> them.
+   pure subroutine add_extra_dofs(settings, model)
+      type(run_settings_t), intent(in) :: settings
+      !> On entry the beam alone
+      type(beam_model_t), intent(inout) :: model
+
+      type(stop_settings_t), allocatable :: stops(:)
+      integer :: k
+
+      if (.not. allocated(settings%extra_dofs)) return
+      allocate (stops, source=stops_of(settings))
+      associate (order => model%mass%order)
+         do k = 1, size(stops)
+            if (stops(k)%body == 0) cycle
+            if (stops(k)%is_of_base) model%stop_dofs(k) = order + stops(k)%body
+            if (.not. stops(k)%is_of_base) model%partner_dofs(k) = order + stops(k)%body
+         end do
+      end associate
+      call set_extra(settings%extra_dofs, model)
+   end subroutine add_extra_dofs
+
+   !> A model without extra degrees of freedom. Its stops may still refer to them.
+   pure type(beam_model_t) function beam_alone(model) result(beam)
+      type(beam_model_t), intent(in) :: model
+
+      beam = model
+      if (size(model%extra) > 0) call set_extra(model%extra(:0), beam)
+   end function beam_alone
+
+   !> Replace the extra degrees of freedom of a model.
+   pure subroutine set_extra(extra, model)
+      type(extra_dof_t), intent(in) :: extra(:)
+      type(beam_model_t), intent(inout) :: model
+
+      associate (before => model%mass%order - size(model%extra))
+         call replace_end(before, lambda1_power4*extra%mass*extra%square, model%stiffness)
+         call replace_end(before, extra%mass, model%mass)
+      end associate
+      model%extra = extra
+   end subroutine set_extra
+
+   !> Replace the last columns of a matrix by those of a diagonal matrix.
+   pure subroutine replace_end(before, diagonal, matrix)
+      !> Number of columns before them
+      integer, intent(in) :: before
+      real(wp), intent(in) :: diagonal(:)
+      type(skyline_t), intent(inout) :: matrix
+
+      integer :: i
+
+      associate (entries => matrix%diagonal(before))
+         matrix%values = [matrix%values(:entries), diagonal]
+         matrix%diagonal = [matrix%diagonal(:before), [(entries + i, i=1, size(diagonal))]]
+      end associate
+      matrix%first_row = [matrix%first_row(:before), [(before + i, i=1, size(diagonal))]]
+      matrix%order = before + size(diagonal)
+   end subroutine replace_end
+
+end module extra_dofs
