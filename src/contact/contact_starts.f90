@@ -262,9 +262,9 @@ contains
 
       gap = matmul(displacement, beam%row) - contacts%height
       k = findloc(penetrates(contacts, gap) .and. .not. forces > 0.0_wp, .true., dim=1)
-      if (k > 0) call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
+      if (k > 0) call fail(error, status_bad_input, 'the beam starts beyond the surface at x/L = '// &
          to_text(contacts(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement; ' &
-         //"kind = 'balance' in &start begins in equilibrium on the stops")
+         //"&start kind = 'balance' begins in equilibrium on the stops")
    end subroutine check_start
 
    !> Project penetrations within `penetration_tolerance` onto the contact surfaces. The displacements are those of

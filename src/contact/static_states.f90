@@ -50,10 +50,10 @@ contains
          if (.not. contacts(k)%is_fixed) cycle
          gap = contacts(k)%sign*displacement(model%stop_dofs(contacts(k)%stop)) - contacts(k)%height
          if (.not. penetrates(contacts(k), gap)) cycle
-         call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
-            to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at '// &
-            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled; ' &
-            //"kind = 'balance' in &start begins in equilibrium on the stops")
+         call fail(error, status_bad_input, 'the beam, pulled away from the stop at x/L = '// &
+            to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at x/L = '// &
+            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance by which it was pulled; ' &
+            //"&start kind = 'balance' begins in equilibrium on the stops")
          return
       end do
    end subroutine find_static_start

@@ -421,19 +421,23 @@ contains
       end associate
    end function value_count
 
-   !> End of the message about an item that takes one value but has more: the number of values, or, for two values such
-   !> as 0,5, that a decimal point must replace the comma.
+   !> End of the message about an item that takes one value but has more: the number of values; for two values such as
+   !> 0,5, that a decimal point must replace the comma; for a number and a word such as 10 ms, that no unit may follow.
    pure function further_values(namelist, item) result(words)
       type(namelist_t), intent(in) :: namelist
       integer, intent(in) :: item
       character(:), allocatable :: words
 
       character(*), parameter :: digits = '0123456789'
+      character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ%'
 
       words = ', '//to_text(value_count(namelist, item))//' given'
       associate (whole => namelist%values(namelist%items(item)%first_value), text => namelist%text, &
          decimals => namelist%values(namelist%items(item)%last_value))
-         if (value_count(namelist, item) /= 2 .or. decimals%first /= whole%last + 2) return
+         if (value_count(namelist, item) /= 2) return
+         if (scan(text(whole%last:whole%last), digits//'.') > 0 .and. &
+            scan(text(decimals%first:decimals%first), letters) > 0) words = ': no unit may follow it'
+         if (decimals%first /= whole%last + 2) return
          if (text(whole%last + 1:whole%last + 1) == ',' .and. verify(text(whole%first:whole%last), '+-'//digits) == 0 &
             .and. verify(text(decimals%first:decimals%last), digits//'eEdD+-') == 0) then
             words = ': decimals have a point, not a comma'

@@ -84,16 +84,17 @@ contains
       if (check%difference > max_difference) then
          words = words//'no motion was found to compare'
       else if (check%is_relative) then
-         words = words//'they differ by '//with_two_digits(100.0_wp*check%difference)//' %'
+         words = words//'displacement and first impact differ by '//with_two_digits(100.0_wp*check%difference)//' %'
       else
          words = words//phrase(units, 'the motion differs by ', 'displacement', check%difference)
       end if
       call print_line(unit, '', words//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
       if (check%is_converged) return
       if (check%is_cut) then
-         call print_line(unit, '', 'that is NOT reached: finer meshes would take long; &mesh tolerance searches on')
+         call print_line(unit, '', 'the tolerance is NOT reached: finer meshes would take long; '// &
+            '&mesh tolerance searches on')
       else
-         call print_line(unit, '', 'it does NOT converge to the tolerance on finer meshes')
+         call print_line(unit, '', 'finer meshes do NOT converge to the tolerance')
       end if
    end subroutine print_mesh
 

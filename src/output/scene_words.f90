@@ -187,7 +187,7 @@ contains
       if (body%ceiling >= 0.0_wp) words = words//phrase(units, ', ceiling at ', 'displacement', body%ceiling)
    end function body_in_words
 
-   !> Method, time step and duration of the run.
+   !> Method, time step or distance of the samples, and duration of the run.
    pure function motion_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
       !> Units of the results
@@ -203,8 +203,13 @@ contains
          else if (response%steps_in_modes) then
             words = words//', in modes'
          end if
-         words = words//phrase(units, ', {d tau~dt} = ', 'time', response%step) &
-            //phrase(units, ', to {tau~t} = ', 'time', response%duration)
+         ! exact motion has no time step, only a distance of the samples of its histories
+         if (response%method == method_newmark) then
+            words = words//phrase(units, ', steps of {d tau~dt} = ', 'time', response%step)
+         else
+            words = words//phrase(units, ', samples every {d tau = ~}', 'time', response%step)
+         end if
+         words = words//phrase(units, ', to {tau~t} = ', 'time', response%duration)
       end associate
    end function motion_in_words
 

@@ -179,7 +179,7 @@ contains
 
    !> Print a table of two columns or more on a terminal. Columns are as wide as their cells and broken headings, texts
    !> are left-aligned and numbers right-aligned. A table wider than a page is printed in parts, each of which begins
-   !> with the first column.
+   !> with the first column. A column of half widths, '+-', stays beside the column of its values.
    subroutine print_table(unit, table)
       integer, intent(in) :: unit
       type(table_t), intent(in) :: table
@@ -191,6 +191,8 @@ contains
       integer :: height
       ! last column of the part
       integer :: last
+      ! last column that the part has if it grows
+      integer :: next
       integer :: i, k, widths(size(table%columns))
 
       height = 1
@@ -208,8 +210,12 @@ contains
          first = last + 1
          last = first
          do while (last < size(widths))
-            if (sum(widths(first:last + 1) + 2) + widths(1) + 2 > page_width) exit
-            last = last + 1
+            next = last + 1
+            if (next < size(widths)) then
+               if (table%columns(next + 1)%name == '+-') next = next + 1
+            end if
+            if (sum(widths(first:next) + 2) + widths(1) + 2 > page_width) exit
+            last = next
          end do
          do i = 1 - height, rows_of(table%columns(1))
             call print_row(i, [1, (k, k=first, last)])

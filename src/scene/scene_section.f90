@@ -98,7 +98,7 @@ contains
       !> On entry section as read; on return complete
       type(beam_settings_t), intent(inout) :: beam
 
-      integer :: i
+      integer :: i, k
 
       do i = 1, size(names_of_beam)
          if (beam%section%shape == shape_rectangle .and. names_of_beam(i) == 'width') cycle
@@ -127,8 +127,9 @@ contains
          end if
          if (section%profile == profile_cubic .and. allocated(section%station)) call check_spline(input, section)
          if (section%shape == shape_tube) then
-            if (any(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)))) call input%complain('section', &
-               'wall inner_diameter', 'the wall must be at most half the outer diameter')
+            k = findloc(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)), .true., dim=1)
+            if (k > 0) call input%complain('section', 'wall inner_diameter', 'the wall must be at most half the outer ' &
+               //'diameter, '//to_text(0.5_wp*section%first(k)))
          end if
          beam%shape = shape_section
          if (section%shape /= shape_rectangle .or. section%profile /= profile_linear) return
