@@ -52,7 +52,7 @@ contains
          if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at x/L = '// &
             to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at x/L = '// &
-            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance by which it was pulled; ' &
+            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled; ' &
             //"&start kind = 'balance' begins in equilibrium on the stops")
          return
       end do

@@ -36,9 +36,9 @@ module response_types
    integer, parameter :: event_separation = 5
    !> Rigid stop (model A): impulse on a closed contact during an impact at another contact.
    integer, parameter :: event_closed_impulse = 6
-   !> Names of the events in results files and tables; 'blow' is an impulse on a closed contact.
+   !> Names of the events in results files and tables; 'impulse' is an impulse on a closed contact.
    character(*), parameter :: event_names(6) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
-      'separation', 'blow']
+      'separation', 'impulse']
 
    !> Settling level: the motion has settled when |eta_c| stays below it; a flight that rises above it is a rebound.
    real(wp), parameter :: settling_level = 0.02_wp

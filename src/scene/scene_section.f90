@@ -128,8 +128,8 @@ contains
          if (section%profile == profile_cubic .and. allocated(section%station)) call check_spline(input, section)
          if (section%shape == shape_tube) then
             k = findloc(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)), .true., dim=1)
-            if (k > 0) call input%complain('section', 'wall inner_diameter', 'the wall must be at most half the outer ' &
-               //'diameter, '//to_text(0.5_wp*section%first(k)))
+            if (k > 0) call input%complain('section', 'wall inner_diameter', 'the wall must be at most half the ' &
+               //'outer diameter, '//to_text(0.5_wp*section%first(k)))
          end if
          beam%shape = shape_section
          if (section%shape /= shape_rectangle .or. section%profile /= profile_linear) return
