@@ -114,14 +114,15 @@ NAMES_IN_UNITS = {"tau": "time", "eta": "displacement", "omega": "frequency"}
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
 READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": ["k", "", "m", "\u00b5"],
              "N": ["G", "M", "k", "", "m", "\u00b5", "n"], "J": ["k", "", "m", "\u00b5", "n"], "Pa": ["M"], "Hz": ["M", "k", ""]}
-# Signals of spectra and of fits, in two lines where they are long.
-SIGNALS = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
+# Signals of spectra, in two lines if they are long.
+SPECTRA = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
            "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
            "acceleration_tip": "acceleration\nof the tip", "acceleration_stop": "acceleration\nat the stop",
            "contact_force": "contact force", "moment": "bending moment",
            "displacement_body": "displacement\nof the body", "velocity_body": "velocity\nof the body",
-           "acceleration_body": "acceleration\nof the body", "force_body": "contact force\non the body",
-           "impact_times": "instant\nof the impact", "rebound_peaks": "peak\nof the rebound"}
+           "acceleration_body": "acceleration\nof the body", "force_body": "contact force\non the body"}
+# Signals of fits
+SIGNALS = {**SPECTRA, "impact_times": "instant\nof the impact", "rebound_peaks": "peak\nof the rebound"}
 OF_SCENE = "scene"
 
 

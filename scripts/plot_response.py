@@ -252,9 +252,9 @@ def legend_of_signs(response):
     return handles
 
 
-def put_legend_above(axes, handles):
-    """A legend in one row between the panel and its title, where it covers nothing."""
-    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.008, 0.99), ncol=len(handles),
+def put_legend_above(axes, handles, bottom=0.99):
+    """A legend in one row above the panel; `bottom` is its lower side in heights of the panel, above a title if need be."""
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.008, bottom), ncol=len(handles),
                 columnspacing=1.6, handletextpad=0.6, borderaxespad=0.0, borderpad=0.3)
 
 
@@ -462,7 +462,7 @@ def draw_one(response, panels):
 def draw_stack(responses):
     """Displacement at the stop of several responses, a panel each."""
     figure, grid = plt.subplots(len(responses), 1, sharex=True, sharey=True, squeeze=False,
-                                figsize=(plots.WIDTH, 1.45 * len(responses) + 0.6), gridspec_kw={"hspace": 0.06})
+                                figsize=(plots.WIDTH, 1.6 * len(responses) + 0.6), gridspec_kw={"hspace": 0.24})
     for axes, response in zip(grid[:, 0], responses):
         shade_contacts(axes, response)
         label_panel(axes, "displacement", response, r"$y - d$" if response.is_in_units() else r"$\eta$")
@@ -471,10 +471,9 @@ def draw_stack(responses):
             raise plots.Unplottable(f"{response.path}: no displacement was recorded")
         handles = draw_displacement(axes, response) + legend_of_signs(response)
         if response is max(responses, key=Response.signs):
-            put_legend_above(grid[0, 0], handles)
-        words = "\n".join(filter(None, [response.title, response.shown_stop()]))
-        axes.text(0.985, 0.92, words, transform=axes.transAxes, ha="right", va="top", zorder=5,
-                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
+            put_legend_above(grid[0, 0], handles, 1.16)
+        # above the frame, where it covers neither curves nor contacts
+        axes.set_title(", ".join(filter(None, [response.title, response.shown_stop()])), loc="right", fontsize="medium", pad=3)
     label_time(grid[-1, 0], responses)
     return figure
 

@@ -105,7 +105,7 @@ class Map:
 
 def chosen(path, group, names):
     """The signals that are asked for, of those that are there."""
-    there = [name for name in plots.SIGNALS if f"amplitude_{name}" in group]
+    there = [name for name in plots.SPECTRA if f"amplitude_{name}" in group]
     for name in names or []:
         if name not in there:
             raise plots.Unplottable(f"{path}: has no spectrum of {name}, but of {', '.join(there)}")
@@ -130,7 +130,7 @@ def draw_amplitude(axes, run, signal, factor):
                           textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color=colour)
     greatest = scale*np.max(signal.amplitude)
     axes.set_ylim(max(1e-6*greatest, 0.5*scale*np.min(signal.amplitude[signal.amplitude > 0.0])), 4.0*greatest)
-    axes.set_ylabel(plots.with_unit(plots.SIGNALS[signal.name], unit))
+    axes.set_ylabel(plots.with_unit(plots.SPECTRA[signal.name], unit))
 
 
 def draw_density(axes, run, signal, factor):
@@ -142,7 +142,7 @@ def draw_density(axes, run, signal, factor):
         axes.fill_between(factor*run.frequency, np.maximum(signal.density - signal.half_width, least),
                           signal.density + signal.half_width, color=plots.COLOURS[2], alpha=0.3, linewidth=0.0)
     axes.set_ylim(least, 4.0*greatest)
-    axes.set_ylabel(plots.with_unit("density of\n" + plots.SIGNALS[signal.name].replace("\n", " "),
+    axes.set_ylabel(plots.with_unit("density of\n" + plots.SPECTRA[signal.name].replace("\n", " "),
                                    signal.density_unit.replace("^2", "\u00b2")))
 
 
@@ -155,7 +155,7 @@ def draw_run(run, with_density):
                                 figsize=(plots.WIDTH, 1.0 + 2.2*len(run.signals)))
     for axes, signal in zip(rows[:, 0], run.signals):
         if not np.any(signal.amplitude > 0.0):
-            axes.set_ylabel(plots.SIGNALS[signal.name])
+            axes.set_ylabel(plots.SPECTRA[signal.name])
             axes.text(0.5, 0.5, "zero at all frequencies", ha="center", va="center", transform=axes.transAxes)
             continue
         (draw_density if with_density else draw_amplitude)(axes, run, signal, factor)
@@ -174,7 +174,7 @@ def draw_map(found):
     values = plots.numbered_if_repeated(found.values[order])
     drawn = axes.pcolormesh(found.frequency, values, np.maximum(scale*found.amplitude[order], LEAST_SHARE*greatest),
                             norm=LogNorm(LEAST_SHARE*greatest, greatest), cmap="magma", shading="nearest", rasterized=True)
-    figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + plots.SIGNALS[found.name].replace("\n", " "), unit))
+    figure.colorbar(drawn, ax=axes, label=plots.with_unit("amplitude, " + plots.SPECTRA[found.name].replace("\n", " "), unit))
     # where they would lie close together the lines speak for themselves
     are_apart = found.frequency[-1] < 6.0*values[-1]
     if "frequency" in found.parameter and found.value_unit == (found.unit or "1") and are_apart and \
@@ -201,7 +201,7 @@ def main():
     """Read the command line and draw each file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
-    parser.add_argument("--signals", nargs="+", choices=list(plots.SIGNALS), help="which (default all; of a map the first)")
+    parser.add_argument("--signals", nargs="+", choices=list(plots.SPECTRA), help="which (default all; of a map the first)")
     parser.add_argument("--density", action="store_true", help="the power spectral density instead of amplitudes")
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _spectrum.png")
     arguments = parser.parse_args()

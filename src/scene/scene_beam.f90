@@ -20,7 +20,7 @@ module scene_beam
       phrase='heights, not with area and inertia')
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
-   type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
+   type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station if they vary')
 
    ! Range of heights in the user's units: wide, but products and quotients of a few values do not overflow
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)

@@ -72,8 +72,8 @@ module scene_groups
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
 
    !> Meaning of `displacement_scale` of &scene.
-   character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
-      //'maximum distance of a stop that is given in units, else the mean height'
+   character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a release by default ' &
+      //'the maximum distance of a stop that is given in units, else the mean height'
 
 contains
 
@@ -190,7 +190,7 @@ contains
       call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
          range_t(1, name_length), default='name of the scene file'))
       call table%store(name_t('displacement_scale', unit_of_displacement, length_range, &
-         default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.), kind_number)
+         default='initial_height above the surface', is_optional=.true., is_scale=.true.), kind_number)
       call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
          default='the name'))
       call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
@@ -247,7 +247,7 @@ contains
       call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses', &
          default="'auto'"), mass_names)
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes', &
-         default='.true. for a run where it is cheap'))
+         default='.true. if it is cheap for the run'))
    end subroutine list_mesh
 
    !> List the names of &response in the table, and bind them to the components of the scene.
@@ -336,7 +336,7 @@ contains
       call table%bind(frequencies%mesh_ratios, name_t('mesh_ratios', 'ratio of each mesh; one value serves all', &
          ratio_range, default='ratio of &mesh'))
       call table%bind(frequencies%reference, name_t('reference', 'values to compare with', &
-         default='exact where they are known'), reference_names)
+         default='exact if they are known'), reference_names)
    end subroutine list_frequencies
 
    !> List the names of &precision in the table, and bind them to the components of the scene.
@@ -463,7 +463,7 @@ contains
       call table%bind(output%shape_step, name_t('shape_step', &
          'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
       call table%bind(units, name_t('units', "what results are in, the scene's units or none", &
-         default='scene where &scene units are given', is_optional=.true.), output_unit_names)
+         default='scene if &scene units are given', is_optional=.true.), output_unit_names)
       call table%bind(output%energy, name_t('energy', 'the energy balance', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
          range_t(0.0_wp, 2.0_wp*real(max_elements, wp)), condition_t(group='frequencies')))

@@ -45,7 +45,7 @@ contains
                //'names in &sweep', 'none: give one', sensitivity%parameters)
             call list_chosen_measures(table, sensitivity%measures)
             call table%bind(sensitivity%step, name_t('step', 'first of the steps of the differences, as a share of ' &
-               //'the value, or by itself where the value is 0', range_t(1.0e-6_wp, 0.5_wp)))
+               //'the value; if the value is 0, the step itself', range_t(1.0e-6_wp, 0.5_wp)))
             call table%bind(sensitivity%steps, name_t('steps', 'number of steps, each half of the one before', &
                range_t(3, 30)))
          end associate
@@ -96,9 +96,10 @@ contains
          //'of the residuals', range_t(0.0_wp, 1.0e20_wp)))
       call table%bind(fit%has_offset, name_t('offset', 'find the zero of the signal too'))
       call table%bind(fit%has_scale, name_t('scale', 'find the scale of the signal too'))
-      call table%bind(fit%max_time_shift, name_t('time_shift', 'find by how much the signal is late, at most this ' &
-         //'much or as early, in time as results have it; 0: not at all', range_t(0.0_wp, 1.0e9_wp)))
-      call table%bind(fit%evaluations, name_t('evaluations', 'most runs from one start', range_t(10, 10000000)))
+      call table%bind(fit%max_time_shift, name_t('time_shift', 'find the delay of the signal too, at most this ' &
+         //'time late or early, in the unit of time of the results; 0: do not', range_t(0.0_wp, 1.0e9_wp)))
+      call table%bind(fit%evaluations, name_t('evaluations', 'maximum number of runs from one start', &
+         range_t(10, 10000000)))
    end subroutine list_fit
 
    !> List a name whose values are parameters that a sweep may vary.

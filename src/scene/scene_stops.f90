@@ -158,7 +158,7 @@ contains
             call table%bind(support%position, name_t('position', 'position of the support over length', &
                off_root_range, sweep=sweep_t(15, changes_beam=.true., is_in_cases=.true.)), &
                in_units_t('position_length', 'length', 'the same as a length from the root'))
-            call table%bind(support%motion, name_t('motion', 'which of both it holds at zero'), support_motion_names)
+            call table%bind(support%motion, name_t('motion', 'what the support holds at zero'), support_motion_names)
             call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', 'k / (3 E Ibar / L^3) of its spring, ' &
                //'against rotation k / (3 E Ibar / L)', stiffness_range, default='none: rigid', is_optional=.true., &
                sweep=sweep_t(16, changes_beam=.true., is_in_cases=.true.)), &

@@ -191,7 +191,8 @@ contains
          range_t(1, 1000000), default='a 400th of the cases, 10 to 16384'))
       call find_parameters(table, places)
       allocate (names, source=parameter_names(table, places))
-      call table%bind(sweep%carry, name_t('carry', 'swept parameter; along its values each case starts from the ' &
+      call table%bind(sweep%carry, name_t('carry', 'swept parameter that may change during a motion: damping, ' &
+         //'law of a stop, loads; along its values each case starts from the ' &
          //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), names)
       call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
          //'axis of the grid', default='none', is_optional=.true.), names)
