@@ -128,6 +128,12 @@ contains
 
       logical :: loses_digits
 
+      if (size(right) == 1) then
+         ! a single contact: no arrays are allocated
+         solution(1) = 0.0_wp
+         if (is_positive(1) .and. matrix(1, 1) > 0.0_wp) solution(1) = -right(1)/matrix(1, 1)
+         return
+      end if
       call eliminate_active(matrix, right, is_positive, solution, loses_digits)
       if (loses_digits .and. present(value)) call solve_columns(value(:, place), right, is_positive, solution)
    end subroutine solve_active

@@ -464,21 +464,22 @@ contains
       integer, intent(in) :: columns
       !> Number of combinations
       integer, intent(in) :: combinations
-      real(wp), intent(in) :: matrix(lanes*blocks, columns)
+      real(wp), intent(in) :: matrix(lanes, blocks, columns)
       !> Coefficient of each column in each combination
       real(wp), intent(in) :: coefficient(columns, combinations)
       !> The combinations
-      real(wp), intent(out) :: total(lanes*blocks, combinations)
+      real(wp), intent(out) :: total(lanes, blocks, combinations)
 
-      integer :: i, j, k
+      real(wp) :: partial(lanes)
+      integer :: b, i, k
 
-      total = 0.0_wp
-      do i = 1, columns
-         do k = 1, combinations
-            !$omp simd
-            do j = 1, lanes*blocks
-               total(j, k) = total(j, k) + matrix(j, i)*coefficient(i, k)
+      do k = 1, combinations
+         do b = 1, blocks
+            partial = 0.0_wp
+            do i = 1, columns
+               partial = partial + matrix(:, b, i)*coefficient(i, k)
             end do
+            total(:, b, k) = partial
          end do
       end do
    end subroutine combine_columns

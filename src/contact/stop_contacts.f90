@@ -107,7 +107,8 @@ contains
             contacts(total) = contact
          end if
       end do
-      contacts = contacts(:total)
+      if (total < size(contacts)) contacts = contacts(:total)
+      if (total == 1) return
       ! the sort keeps the order of equal keys, so the least significant key comes first
       do i = key_count, 1, -1
          contacts = contacts(ascending_order([(key(contacts(place), i), place=1, total)]))

@@ -9,6 +9,7 @@ module phase_intervals
    use exponential_sums, only: exponential_sums_t
    use flight_peaks, only: find_peak
    use kinds, only: i8, wp
+   use modal_signal, only: modal_signal_t
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
@@ -202,6 +203,10 @@ contains
       call find_signal(self, row, signal)
       if (is_whole .and. is_unscaled .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
          if (has_history(self, row%number) .and. .not. self%is_last) then
+            select type (signal)
+            type is (modal_signal_t)
+               call signal%prepare(1)
+            end select
             call find_peak(signal, self%now%history, is_certain, peak%value, peak%time)
             peak%is_found = is_certain .and. peak%value > known
             if (is_certain) return

@@ -42,6 +42,7 @@ contains
          if (ended_by == end_force .and. size(self%set%compliant) == 0 .and. self%loads%count == 0) then
             associate (force => constrained%force(findloc(constrained%closed, k, dim=1)))
                force%start_order = first_nonzero_order(force, state%start_order)
+               call force%prepare(0)
                call search_force(force, limit, search)
             end associate
             return
@@ -114,6 +115,7 @@ contains
          end if
          if (self%loads%count == 0) then
             gap%start_order = first_nonzero_order(gap, state%start_order)
+            call gap%prepare(0)
             call gap%find_zero(limit, search, self%history)
             call assign_history(self, k, search)
             return
@@ -130,6 +132,7 @@ contains
          end if
          associate (driven => self%set%forced%gap(k))
             call driven_terms(self, k, end_gap, driven%terms)
+            call gap%prepare(0)
             driven%until = self%max_length
             driven%start_order = first_nonzero_order(driven, state%start_order)
             call first_zero(driven, limit, search, self%history)

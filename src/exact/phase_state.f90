@@ -14,7 +14,7 @@ module phase_state
    use forced_responses, only: find_rows_at, make_unit_responses, forced_response_t, start_forced_response
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
-   use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state
+   use modal_signal, only: make_modal_signal, modal_signal_t, set_reaction_state, set_state
    use row_integrals, only: row_interval_terms_t
    use row_signals, only: row_path_t
    use set_motions, only: state_in, state_of_terms
@@ -269,8 +269,7 @@ contains
             gap => free
          end select
       end if
-      gap%z(:size(self%z)) = self%z
-      gap%v(:size(self%v)) = self%v
+      call set_state(self%z, self%v, gap)
       gap%start_order = 0
       gap%rate = 0.0_wp
       gap%relaxation = 0.0_wp
@@ -324,8 +323,7 @@ contains
             modal = constrained%force(findloc(constrained%closed, k, dim=1))
          case (observed_tip)
             call make_modal_signal(constrained%oscillators, constrained%static_tip, constrained%tip_value, modal)
-            modal%z(:n) = self%z
-            modal%v(:n) = self%v
+            call set_state(self%z, self%v, modal)
          case (end_renewed_contact)
             associate (stiff => self%states(k)%spring%stiffness, viscous => self%states(k)%spring%viscosity)
                call make_modal_signal(constrained%oscillators, stiff*constrained%static_gap(k), constrained%value(:, &
@@ -335,8 +333,7 @@ contains
             end associate
          case default
             call make_modal_signal(constrained%oscillators, -constrained%static_gap(k), -constrained%value(:, k), modal)
-            modal%z(:n) = self%z
-            modal%v(:n) = self%v
+            call set_state(self%z, self%v, modal)
          end select
       end associate
       call move_alloc(modal, signal)
@@ -396,8 +393,7 @@ contains
          modes%offset = 0.0_wp
          ! `modal_signal_of` gives minus the gap
          sign = merge(-1.0_wp, 1.0_wp, kind == end_gap .or. kind == observed_gap)
-         modes%z = sign*merge(modes%z, 0.0_wp, is_inactive)
-         modes%v = sign*merge(modes%v, 0.0_wp, is_inactive)
+         call set_state(sign*merge(modes%z, 0.0_wp, is_inactive), sign*merge(modes%v, 0.0_wp, is_inactive), modes)
       end select
       allocate (total)
       call move_alloc(signal, total%first)

@@ -7,7 +7,8 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration
-   public :: propagate_lanes, find_decay_factors, padded, lanes, max_exponent, elastic_and_viscous
+   public :: propagate_lanes, find_decay_factors, find_oscillations, decay_integral, padded, lanes, max_exponent, &
+      elastic_and_viscous
    public :: sampler_t, next_sample, modal_energy, damping_order
 
    type :: oscillators_t
@@ -32,6 +33,8 @@ module damped_oscillators
       real(wp), allocatable :: spread(:)
       !> Overdamped: decay rate of the fast exponent, decay + 2 spread, [as `decay`]
       real(wp), allocatable :: fast(:)
+      !> Difference of both decay rates, 2 spread, up to `unseparated`, then `fast`, [as `decay`]
+      real(wp), allocatable :: second(:)
       !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; of a body, negative if its
       !> damper is weaker than 2 zeta W^2; padded with zeros, [as `decay`]
       real(wp), allocatable :: mass_rate(:)
@@ -123,6 +126,8 @@ contains
             oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
          allocate (oscillators%fast, source=oscillators%decay + 2.0_wp*oscillators%spread)
+         allocate (oscillators%second, source=oscillators%fast)
+         oscillators%second(:oscillators%unseparated) = 2.0_wp*oscillators%spread(:oscillators%unseparated)
       end associate
    end subroutine make_oscillators
 
@@ -254,10 +259,36 @@ contains
       !> Velocity at time t
       real(wp), intent(out), dimension(lanes*blocks) :: v
 
+      real(wp), dimension(lanes*blocks) :: cosines, sines
+      real(wp) :: decay
+      integer :: b, i
+
+      call find_oscillations(blocks, t, oscillators, cosines, sines)
+      do b = 0, lanes*(blocks - 1), lanes
+         !$omp simd private(decay)
+         do i = b + 1, b + lanes
+            decay = oscillators%decay(i)
+            z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + decay*z0(i))*sines(i))
+            v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%lane_square(i)*z0(i) + decay*v0(i))*sines(i))
+         end do
+      end do
+   end subroutine propagate_underdamped
+
+   !> cos(w t) and sin(w t)/w with w the spread, in whole SIMD vectors.
+   pure subroutine find_oscillations(blocks, t, oscillators, cosines, sines)
+      !> Number of SIMD vectors
+      integer, intent(in) :: blocks
+      !> Time, > 0
+      real(wp), intent(in) :: t
+      type(oscillators_t), intent(in) :: oscillators
+      !> cos(w t)
+      real(wp), intent(out) :: cosines(lanes*blocks)
+      !> sin(w t)/w, which tends to t as w tends to 0
+      real(wp), intent(out) :: sines(lanes*blocks)
+
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      real(wp), dimension(lanes*blocks) :: angles, cosines, sines
-      real(wp) :: decay, sine
+      real(wp) :: angles(lanes*blocks)
       integer :: b, i
 
       do i = 1, lanes*blocks
@@ -270,17 +301,12 @@ contains
          sines(i) = sin(angles(i))
       end do
       do b = 0, lanes*(blocks - 1), lanes
-         !$omp simd private(decay, sine)
+         !$omp simd
          do i = b + 1, b + lanes
-            decay = oscillators%decay(i)
-            ! sin(w t)/w with w the spread, which tends to t as w tends to 0
-            sine = sines(i)*oscillators%inverse_spread(i)
-            sine = merge(sine, t, angles(i) > 1.0e-8_wp)
-            z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + decay*z0(i))*sine)
-            v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%lane_square(i)*z0(i) + decay*v0(i))*sine)
+            sines(i) = merge(sines(i)*oscillators%inverse_spread(i), t, angles(i) > 1.0e-8_wp)
          end do
       end do
-   end subroutine propagate_underdamped
+   end subroutine find_oscillations
 
    !> Propagate modes at and beyond critical damping. The first vector may contain underdamped modes, whose state at
    !> time t is already known.
@@ -304,15 +330,10 @@ contains
       real(wp), intent(inout), dimension(lanes*blocks) :: v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
-      real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
-         6227020800.0_wp, 1307674368000.0_wp]
       ! exp(-2 s t), with s the spread
       real(wp), dimension(lanes*blocks) :: fast_factors
-      ! separation = 2 s t, ratio = (1 - exp(-2 s t))/(2 s), fast_velocity = v + decay z at time 0
-      real(wp) :: decay, separation, ratio, fast_velocity
-      ! (s t)^2 in the series, then the new displacement
-      real(wp) :: y
+      ! ratio = (1 - exp(-2 s t))/(2 s), fast_velocity = v + decay z at time 0, y = new displacement
+      real(wp) :: decay, ratio, fast_velocity, y
       ! as long as real numbers, so that both fill SIMD vectors alike
       integer(i8) :: b, first, i, last, underdamped
 
@@ -323,16 +344,10 @@ contains
       end do
       underdamped = int(oscillators%underdamped, i8)
       do b = first, last - lanes, lanes
-         !$omp simd private(decay, separation, ratio, fast_velocity, y)
+         !$omp simd private(decay, ratio, fast_velocity, y)
          do i = b + 1, b + lanes
             decay = oscillators%decay(i)
-            ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), with s the spread; tends to t as s tends to 0
-            separation = 2.0_wp*oscillators%spread(i)*t
-            y = 0.25_wp*min(separation, 1.0_wp)**2
-            y = t*sqrt(fast_factors(i))*(1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) &
-               + y*(hyperbolic(4) + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7))))))))
-            ratio = 0.5_wp*(1.0_wp - fast_factors(i))*oscillators%inverse_spread(i)
-            ratio = merge(y, ratio, separation <= 1.0_wp)
+            ratio = decay_integral(2.0_wp*oscillators%spread(i)*t, fast_factors(i), t, oscillators%inverse_spread(i))
             ! Contains the fast exponential alone
             fast_velocity = v0(i) + decay*z0(i)
             y = factors(i)*(z0(i) + fast_velocity*ratio)
@@ -342,6 +357,29 @@ contains
          end do
       end do
    end subroutine propagate_overdamped
+
+   !> Integral (1 - exp(-2 s t))/(2 s) of exp(-2 s t) with s the spread of an overdamped mode; t if s = 0.
+   elemental real(wp) function decay_integral(separation, fast_factor, t, inverse_spread) result(integral)
+      !> 2 s t
+      real(wp), intent(in) :: separation
+      !> exp(-2 s t)
+      real(wp), intent(in) :: fast_factor
+      real(wp), intent(in) :: t
+      !> 1/s
+      real(wp), intent(in) :: inverse_spread
+
+      ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
+      real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
+         6227020800.0_wp, 1307674368000.0_wp]
+      ! (s t)^2 in the series, then the value of the series
+      real(wp) :: y
+
+      ! t exp(-s t) sinh(s t)/(s t) near critical damping
+      y = 0.25_wp*min(separation, 1.0_wp)**2
+      y = t*sqrt(fast_factor)*(1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) &
+         + y*(hyperbolic(4) + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7))))))))
+      integral = merge(y, 0.5_wp*(1.0_wp - fast_factor)*inverse_spread, separation <= 1.0_wp)
+   end function decay_integral
 
    !> The smallest multiple of `lanes` that is not below a number.
    elemental integer function padded(count) result(whole)

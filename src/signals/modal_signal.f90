@@ -1,21 +1,22 @@
 !> A linear combination of damped oscillators z_i(t) as a signal with guaranteed bounds, if no compliant contact is
 !> closed: a gap, the reaction of a closed rigid contact, or a bending moment.
 !>
-!> Every derivative z_i^(k) obeys the same oscillator equation, whose energy never grows. So, whatever the damping, the
-!> value of sqrt((z_i^(k))^2 + (z_i^(k+1)/W_i)^2) at an instant bounds |z_i^(k)| at all later times.
+!> Every derivative z_i^(k) obeys the same oscillator equation, so one set of bounds serves all of them: envelopes, with
+!> factors that the state at the start determines (`oscillator_terms`).
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
       transformable_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate_lanes
    use kinds, only: wp
-   use oscillator_terms, only: add_exponentials, bound_terms, differentiate, split_exponentials
+   use oscillator_terms, only: basis_columns, factor_columns, find_basis, find_factors, find_terms, find_values, &
+      weighted_sum
    use short_flights, only: find_short_flight
    use summed_signal, only: add_to_bounds
    use zero_free_steps, only: zero_free_step
    implicit none (type, external)
    private
-   public :: modal_signal_t, modal_state_t, make_modal_signal, set_reaction_state
+   public :: modal_signal_t, modal_state_t, make_modal_signal, set_reaction_state, set_state
 
    !> Modal state at an instant.
    type :: modal_state_t
@@ -48,7 +49,15 @@ module modal_signal
       real(wp) :: rate = 0.0_wp
       !> Receives the state at the last instant of `evaluate`, in arrays that are already allocated; null: not requested
       type(modal_state_t), pointer :: last => null()
+      !> Factors from `find_factors` for the present state, of the signal and of its first derivative if it was
+      !> prepared, [padded, factor_columns, 0:1]
+      real(wp), allocatable :: factors(:, :, :)
+      !> Maximum order of the derivatives for which `factors` are valid; negative: for none
+      integer :: prepared_order = -1
+      !> Value of `start_order` for which `factors` are valid
+      integer :: prepared_start = 0
    contains
+      procedure :: prepare
       procedure :: find_bounds
       procedure :: evaluate
       procedure :: transform
@@ -75,6 +84,57 @@ contains
       signal%weight(:size(weight)) = weight
    end subroutine make_modal_signal
 
+   !> Set the state of a signal at t = 0.
+   subroutine set_state(z, v, signal)
+      !> Displacements of the modes, [count]
+      real(wp), intent(in) :: z(:)
+      !> Velocities of the modes, [count]
+      real(wp), intent(in) :: v(:)
+      type(modal_signal_t), intent(inout) :: signal
+
+      signal%z(:size(z)) = z
+      signal%v(:size(v)) = v
+      signal%prepared_order = -1
+   end subroutine set_state
+
+   !> Prepare the factors that evaluations have in common. Without them, each evaluation finds its own.
+   subroutine prepare(self, max_order)
+      class(modal_signal_t), intent(inout) :: self
+      !> Maximum order of the derivatives to be evaluated; 0: the signal alone, 1: its first derivative, too
+      integer, intent(in) :: max_order
+
+      integer :: order
+
+      if (.not. allocated(self%factors)) allocate (self%factors(size(self%weight), factor_columns, 0:1))
+      do order = 0, max_order
+         call find_factors(self%oscillators, size(self%weight), order, self%weight, min_amplitude(self), &
+            self%is_viscous, self%z, self%v, self%factors(:, :, order))
+      end do
+      self%prepared_order = max_order
+      self%prepared_start = self%start_order
+   end subroutine prepare
+
+   !> Whether the factors of a derivative are prepared.
+   pure logical function is_prepared(self, order)
+      class(modal_signal_t), intent(in) :: self
+      !> Order of the derivative; 0: the signal itself
+      integer, intent(in) :: order
+
+      is_prepared = order <= self%prepared_order .and. self%prepared_start == self%start_order
+   end function is_prepared
+
+   !> The factors of the terms of a derivative of the signal.
+   pure subroutine factors_of(self, order, factors)
+      class(modal_signal_t), intent(in) :: self
+      !> Order of the derivative; 0: the signal itself
+      integer, intent(in) :: order
+      !> Columns as in `oscillator_terms`, [padded, factor_columns]
+      real(wp), contiguous, intent(out) :: factors(:, :)
+
+      call find_factors(self%oscillators, size(self%weight), order, self%weight, min_amplitude(self), self%is_viscous, &
+         self%z, self%v, factors)
+   end subroutine factors_of
+
    !> Set the state of a reaction signal, a sum over p + 2 zeta p' of each mode p (' = d/dtau). This quantity obeys the
    !> equation of p, so it is the state of the first `unseparated` modes. Modes far beyond critical damping have the
    !> state p, p'; the signal forms p + 2 zeta p' from their two exponentials (`is_viscous`), without cancellation.
@@ -95,6 +155,7 @@ contains
          end do
          reaction%z(oscillators%unseparated + 1:size(z)) = z(oscillators%unseparated + 1:)
          reaction%v(oscillators%unseparated + 1:size(z)) = v(oscillators%unseparated + 1:)
+         reaction%prepared_order = -1
       end associate
    end subroutine set_reaction_state
 
@@ -108,22 +169,25 @@ contains
       !> Slope of the signal
       real(wp), intent(out) :: slope
 
-      real(wp), dimension(size(self%weight)) :: z, v, slow, fast
+      real(wp), dimension(size(self%weight)) :: z, v, decayed
+      real(wp) :: basis(size(self%weight), basis_columns)
       real(wp) :: magnitude, relaxation
 
       associate (oscillators => self%oscillators, n => self%oscillators%count)
          if (self%is_viscous) then
-            call state_in_vectors(self, t, z, v, slow, fast)
+            call find_basis(oscillators, size(z), t, basis)
+            call sum_values(self, basis, t, value, slope, magnitude)
          else
-            call propagate_lanes(oscillators, n, t, self%z, self%v, z, v, slow)
+            call propagate_lanes(oscillators, n, t, self%z, self%v, z, v, decayed)
             if (associated(self%last)) then
                self%last%time = t
                self%last%z(:) = z(:n)
                self%last%v(:) = v(:n)
             end if
+            value = weighted_sum(size(z)/lanes, self%weight, z)
+            slope = weighted_sum(size(z)/lanes, self%weight, v)
          end if
       end associate
-      call sum_terms(size(z)/lanes, self%weight, 0.0_wp, z, v, value, slope, magnitude)
       value = self%offset + value
       if (abs(self%relaxation) > 0.0_wp) then
          relaxation = self%relaxation*exp(-self%rate*t)
@@ -243,33 +307,27 @@ contains
       !> False: the length of a step without a zero is not needed
       logical, intent(in), optional :: needs_step
 
-      real(wp), dimension(size(self%weight)) :: z, v, a, slow, fast
+      real(wp) :: basis(size(self%weight), basis_columns), factors(size(self%weight), factor_columns)
       real(wp) :: terms(size(self%weight), term_columns)
       ! sums of the columns of `terms`; then sum of all terms that are not modes
       real(wp) :: sums(term_columns), other_terms(term_columns)
       real(wp) :: magnitude, relaxation, slope
-      integer :: blocks, k, last
+      integer :: blocks
 
-      associate (oscillators => self%oscillators, weight => self%weight, square => self%oscillators%lane_square)
-         blocks = size(weight)/lanes
-         last = padded(oscillators%unseparated)
-         call state_in_vectors(self, t, z, v, slow, fast)
-         if (order > 0) then
-            call sum_terms(blocks, weight, t, z, v, bounds%signal, slope, magnitude)
-            bounds%signal_rounding = magnitude
+      associate (n => size(self%weight))
+         blocks = n/lanes
+         call find_basis(self%oscillators, n, t, basis)
+         if (is_prepared(self, order)) then
+            call find_terms(blocks, self%factors(:, :, order), basis, merge(t, 0.0_wp, order == 0), &
+               terms, sums, magnitude)
+         else
+            call factors_of(self, order, factors)
+            call find_terms(blocks, factors, basis, merge(t, 0.0_wp, order == 0), terms, sums, &
+               magnitude)
          end if
-         do k = 1, order
-            a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last)) &
-               - oscillators%mass_rate(:last)*v(:last)
-            z(:last) = v(:last)
-            v(:last) = a(:last)
-            if (oscillators%unseparated == oscillators%count) cycle
-            call differentiate(oscillators, slow, fast)
-            call add_exponentials(oscillators, slow, fast, z, v)
-         end do
-         call bound_terms(oscillators, weight, z, v, slow, fast, terms)
-         call sum_columns(blocks, merge(t, 0.0_wp, order == 0), terms, sums, magnitude)
-         if (order == 0) then
+         if (order > 0) then
+            call sum_values(self, basis, t, bounds%signal, slope, bounds%signal_rounding)
+         else
             bounds%signal = sums(term_value)
             bounds%signal_rounding = magnitude
             if (self%offset > 0.0_wp) bounds%floor = self%offset - sums(bound_value)
@@ -325,33 +383,26 @@ contains
       bounds%bound_jerk = bounds%bound_jerk + self%rate**3*abs(relaxation)
    end subroutine add_relaxation
 
-   !> Modal state at an instant in whole SIMD vectors. Modes far beyond critical damping come from their two
-   !> exponentials.
-   pure subroutine state_in_vectors(self, t, z, v, slow, fast)
-      type(modal_signal_t), intent(in) :: self
+   !> The sum of the modes, its slope, and a magnitude proportional to its rounding error.
+   pure subroutine sum_values(self, basis, t, value, slope, magnitude)
+      class(modal_signal_t), intent(in) :: self
+      !> From `find_basis`, [padded, basis_columns]
+      real(wp), contiguous, intent(in) :: basis(:, :)
       !> Instant
       real(wp), intent(in) :: t
-      !> Displacements of the modes at the instant, [padded]
-      real(wp), contiguous, intent(out) :: z(:)
-      !> Velocities of the modes at the instant, [padded]
-      real(wp), contiguous, intent(out) :: v(:)
-      !> The slow exponentials, as in `split_exponentials`
-      real(wp), contiguous, intent(out) :: slow(:)
-      !> The fast exponentials
-      real(wp), contiguous, intent(out) :: fast(:)
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
+      real(wp), intent(out) :: magnitude
 
-      integer :: last
+      real(wp) :: factors(size(self%weight), factor_columns)
 
-      associate (oscillators => self%oscillators)
-         last = padded(oscillators%unseparated)
-         call propagate_lanes(oscillators, oscillators%unseparated, t, self%z(:last), self%v(:last), z(:last), &
-            v(:last), slow)
-         if (oscillators%unseparated == oscillators%count) return
-         call split_exponentials(oscillators, self%weight, min_amplitude(self), self%is_viscous, t, self%z, self%v, &
-            slow, fast)
-         call add_exponentials(oscillators, slow, fast, z, v)
-      end associate
-   end subroutine state_in_vectors
+      if (is_prepared(self, 0)) then
+         call find_values(size(basis, 1)/lanes, self%factors(:, :, 0), basis, t, value, slope, magnitude)
+      else
+         call factors_of(self, 0, factors)
+         call find_values(size(basis, 1)/lanes, factors, basis, t, value, slope, magnitude)
+      end if
+   end subroutine sum_values
 
    !> Amplitude up to which fast exponentials are left out. A signal that starts at zero with zero slope is searched by
    !> its higher derivatives. Fast exponentials dominate the higher derivatives; if their amplitude is below the
@@ -364,80 +415,5 @@ contains
          threshold = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%weight*self%z)))/real(size(self%z), wp)
       end if
    end function min_amplitude
-
-   !> The sum of all terms, its slope, and a magnitude proportional to its rounding error.
-   pure subroutine sum_terms(blocks, weight, t, z, v, value, slope, magnitude)
-      !> Number of SIMD vectors in each array
-      integer, intent(in) :: blocks
-      !> Weights c_i
-      real(wp), intent(in) :: weight(lanes, blocks)
-      !> Time since the start, with which the rounding error of the phase W t grows
-      real(wp), intent(in) :: t
-      !> Displacements of the modes at the instant
-      real(wp), intent(in) :: z(lanes, blocks)
-      !> Velocities of the modes at the instant
-      real(wp), intent(in) :: v(lanes, blocks)
-      !> Sum of weight z over the modes
-      real(wp), intent(out) :: value
-      !> Sum of weight v over the modes
-      real(wp), intent(out) :: slope
-      !> sum |weight| (4 |z| + t |v|)
-      real(wp), intent(out) :: magnitude
-
-      real(wp), dimension(lanes) :: values, slopes, magnitudes
-      integer :: b
-
-      values = 0.0_wp
-      slopes = 0.0_wp
-      magnitudes = 0.0_wp
-      do b = 1, blocks
-         values = values + weight(:, b)*z(:, b)
-         slopes = slopes + weight(:, b)*v(:, b)
-         magnitudes = magnitudes + abs(weight(:, b))*(4.0_wp*abs(z(:, b)) + t*abs(v(:, b)))
-      end do
-      value = total(values)
-      slope = total(slopes)
-      magnitude = total(magnitudes)
-   end subroutine sum_terms
-
-   !> Sums over the modes of all columns of the terms, and the magnitude of `sum_terms`.
-   pure subroutine sum_columns(blocks, t, terms, sums, magnitude)
-      !> Number of SIMD vectors in each column
-      integer, intent(in) :: blocks
-      !> Time since the start
-      real(wp), intent(in) :: t
-      !> Columns as in `certified_search`
-      real(wp), intent(in) :: terms(lanes, blocks, term_columns)
-      real(wp), intent(out) :: sums(term_columns)
-      !> sum of 4 |value| + t |rate| of the terms
-      real(wp), intent(out) :: magnitude
-
-      real(wp) :: partial(lanes), magnitudes(lanes)
-      integer :: b, k
-
-      do k = 1, term_columns
-         partial = terms(:, 1, k)
-         do b = 2, blocks
-            partial = partial + terms(:, b, k)
-         end do
-         sums(k) = total(partial)
-      end do
-      magnitudes = 0.0_wp
-      do b = 1, blocks
-         magnitudes = magnitudes + 4.0_wp*abs(terms(:, b, term_value)) + t*abs(terms(:, b, term_rate))
-      end do
-      magnitude = total(magnitudes)
-   end subroutine sum_columns
-
-   !> Sum of the elements of a SIMD vector, by halves.
-   pure real(wp) function total(vector)
-      real(wp), intent(in) :: vector(lanes)
-
-      real(wp) :: half(lanes/2), quarter(lanes/4)
-
-      half = vector(:lanes/2) + vector(lanes/2 + 1:)
-      quarter = half(:lanes/4) + half(lanes/4 + 1:)
-      total = quarter(1) + quarter(2)
-   end function total
 
 end module modal_signal
