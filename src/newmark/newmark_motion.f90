@@ -10,7 +10,7 @@ module newmark_motion
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use contact_measures, only: open_measures
    use contact_rows, only: band, contact_row_t, row_value
-   use extra_dofs, only: add_extra_dofs
+   use extra_dofs, only: add_extra_dofs, beam_alone
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
@@ -148,7 +148,7 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval, run%origin)
+      call open_step_interval(size(run%contacts), places, run%interval, run%extra%origin)
    end subroutine open_outputs
 
    !> Close the contacts of the first instant, and pass its events to the observers.
@@ -228,28 +228,26 @@ contains
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
       whole = model
       call add_extra_dofs(settings, whole)
-      run%origin = whole%extra%origin
+      run%extra = whole%extra
+      if (run%release_contact > 0) then
+         whole%stop_dof = whole%stop_dofs(contacts(run%release_contact)%stop)
+         run%height = datum_of(contacts(run%release_contact))
+      end if
       if (present(modes)) then
          run%modes = modes
          call make_modal_model(whole, modes, supported, point_shape)
       else
-         supported = constrain_supports(model)
-         if (run%release_contact > 0) supported%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
+         supported = constrain_supports(whole)
          ! this check is of the beam alone, and before `additional_damping`, which may extend the matrices to the full
          ! profile
-         call check_mesh(supported, error)
+         call check_mesh(beam_alone(supported), error)
          if (allocated(error)) then
             if (error%status /= status_bad_input) call explain_mesh_error(error)
             return
          end if
-         call add_extra_dofs(settings, supported)
-      end if
-      if (run%release_contact > 0) then
-         supported%stop_dof = supported%stop_dofs(contacts(run%release_contact)%stop)
-         run%height = datum_of(contacts(run%release_contact))
       end if
       ! an extra degree of freedom on a stiff spring may have little damping
-      call divide_step(supported, merge(settings%zeta, 0.0_wp, size(whole%extra) == 0), settings%response, &
+      call divide_step(supported, merge(settings%zeta, 0.0_wp, size(run%extra) == 0), settings%response, &
          run%steps_per_sample, error)
       if (allocated(error)) return
       call prepare_loads(whole, settings, run)
@@ -463,21 +461,17 @@ contains
       ! energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
       real(wp) :: energy
       integer :: k
-      ! a mass has no spring
-      logical :: is_free
 
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         is_free = .false.
-         if (allocated(settings%extra_dofs)) is_free = any(settings%extra_dofs%square <= 0.0_wp)
-         if (is_free) then
+         if (any(run%extra%square <= 0.0_wp)) then
             ! a mass without spring is at rest only if no contact presses
             if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run, forces, energy)
          else
-            call find_static_rest(model, run%contacts%contact, forces, energy, error, settings%extra_dofs)
+            call find_static_rest(model, run%contacts%contact, forces, energy, error, run%extra)
          end if
          if (allocated(error)) return
       end if

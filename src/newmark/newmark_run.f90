@@ -19,6 +19,7 @@ module newmark_run
    use response_types, only: moment_extremes_t
    use run_observers, only: observers_t
    use run_recorder, only: energy_balance_t
+   use run_settings, only: extra_dof_t
    use run_spectra, only: spectrum_sums_t
    use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
@@ -196,8 +197,8 @@ module newmark_run
       !> Index of the release contact (`history_list`), to which the histories of the run refer; 0: there are no
       !> contacts
       integer :: release_contact = 1
-      !> Displacement from which each extra degree of freedom counts, [extra]
-      real(wp), allocatable :: origin(:)
+      !> Extra degrees of freedom, the last entries of state vectors
+      type(extra_dof_t), allocatable :: extra(:)
       !> Height d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
       !> Coefficients of steps of length step/2^level, computed at first use, [0:deepest_level]

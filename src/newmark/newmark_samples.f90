@@ -71,8 +71,8 @@ contains
             end associate
          end do
       end associate
-      associate (state => run%states(run%now), n => size(run%origin), before => run%stepper%length - size(run%origin))
-         if (n > 0) sample%extra = reshape([(run%origin(k) + state%beam%displacement(before + k), &
+      associate (state => run%states(run%now), n => size(run%extra), before => run%stepper%length - size(run%extra))
+         if (n > 0) sample%extra = reshape([(run%extra(k)%origin + state%beam%displacement(before + k), &
             state%beam%velocity(before + k), sum(run%height_ratio*state%force*force_on_extra(run%contacts%contact, &
             k)), k=1, n)], [3, n])
       end associate

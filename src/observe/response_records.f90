@@ -5,7 +5,7 @@ module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
    use measure_list, only: owner_of
-   use response_types, only: contact_record_t, extra_record_t, response_t
+   use response_types, only: contact_record_t, response_t
    use run_settings, only: count_samples, extra_dof_t, output_settings_t
    use sorting, only: ascending_order
    use stop_contacts, only: contact_t, observed_height
@@ -15,7 +15,8 @@ module response_records
 
 contains
 
-   !> Allocate the requested histories and shapes.
+   !> Allocate the requested histories and shapes. Extra degrees of freedom have histories of displacement, velocity and
+   !> force if these quantities are requested at the stop.
    pure subroutine open_records(elements, settings, samples, step, response, is_driven, extra)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
@@ -41,7 +42,16 @@ contains
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
          end do
-         if (present(extra)) call open_extra_records(extra, settings%history, n, response%extra)
+         if (present(extra)) then
+            allocate (response%extra(size(extra)))
+            response%extra%position = extra%position
+            response%extra%rest = extra%rest
+            do i = 1, size(extra)
+               if (settings%history(eta_stop)) allocate (response%extra(i)%displacement(n), source=0.0_wp)
+               if (settings%history(velocity_stop)) allocate (response%extra(i)%velocity(n), source=0.0_wp)
+               if (settings%history(force_stop)) allocate (response%extra(i)%force(n), source=0.0_wp)
+            end do
+         end if
          if (settings%energy) then
             allocate (response%energy)
             associate (energy => response%energy)
@@ -129,27 +139,5 @@ contains
       if (output%history(acceleration_stop)) allocate (record%acceleration(length), source=0.0_wp)
       if (output%energy) allocate (record%energy(length), record%dissipated(length), source=0.0_wp)
    end subroutine open_contact_record
-
-   !> Set position and rest in the records of extra degrees of freedom, and allocate their histories: displacement,
-   !> velocity and force, if the histories of these quantities at the stop are requested.
-   pure subroutine open_extra_records(extra, history, length, records)
-      type(extra_dof_t), intent(in) :: extra(:)
-      !> Which of the histories in `history_table` are recorded
-      logical, intent(in) :: history(:)
-      !> Number of samples, including that at the start
-      integer, intent(in) :: length
-      type(extra_record_t), allocatable, intent(out) :: records(:)
-
-      integer :: i
-
-      allocate (records(size(extra)))
-      records%position = extra%position
-      records%rest = extra%rest
-      do i = 1, size(extra)
-         if (history(eta_stop)) allocate (records(i)%displacement(length), source=0.0_wp)
-         if (history(velocity_stop)) allocate (records(i)%velocity(length), source=0.0_wp)
-         if (history(force_stop)) allocate (records(i)%force(length), source=0.0_wp)
-      end do
-   end subroutine open_extra_records
 
 end module response_records
