@@ -191,15 +191,15 @@ contains
 
    !> Set the extra degrees of freedom at the start, after those of the beam. If the run starts in equilibrium, only
    !> their velocities are set.
-   pure subroutine place_extra_dofs(model, is_in_equilibrium, displacement, velocity, shapes)
+   pure subroutine place_extra_dofs(model, is_in_equilibrium, displacement, velocity, modes)
       type(beam_model_t), intent(in) :: model
       logical, intent(in) :: is_in_equilibrium
       !> Displacements, [degrees of freedom, or modes]
       real(wp), intent(inout) :: displacement(:)
       !> Velocities, [degrees of freedom, or modes]
       real(wp), intent(inout) :: velocity(:)
-      !> Shapes of the modes, [degrees of freedom, modes]; absent: the coordinates are the degrees of freedom
-      real(wp), intent(in), optional :: shapes(:, :)
+      !> Modes that are the coordinates; absent: the coordinates are the degrees of freedom
+      type(free_modes_t), intent(in), optional :: modes
 
       ! displacement of the beam at the contact with the extra degree of freedom; z per unit of its coordinate
       real(wp) :: beam, unit
@@ -208,10 +208,10 @@ contains
       do k = 1, size(model%extra)
          dof = model%mass%order - size(model%extra) + k
          near = model%stop_dofs(findloc(model%partner_dofs, dof, dim=1))
-         if (present(shapes)) then
-            beam = dot_product(shapes(near, :), displacement)
-            place = findloc(abs(shapes(dof, :)) > 0.0_wp, .true., dim=1)
-            unit = shapes(dof, place)
+         if (present(modes)) then
+            beam = dot_product(modes%mode(near, :), displacement)
+            place = findloc(modes%extra, k, dim=1)
+            unit = modes%mode(dof, place)
          else
             beam = displacement(near)
             place = dof

@@ -242,12 +242,8 @@ contains
 
       beam%has_modal_damping = damps_each_mode(settings)
       call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, modes%rate)
-      allocate (beam%displacement(size(model%extra)))
-      do k = 1, size(model%extra)
-         associate (i => findloc(modes%extra, k, dim=1), dof => model%mass%order - size(model%extra) + k)
-            beam%displacement(k) = displacement_t(i, modes%mode(dof, i), model%extra(k)%origin)
-         end associate
-      end do
+      beam%displacement = [(displacement_t(findloc(modes%extra, k, dim=1), 1.0_wp/sqrt(model%extra(k)%mass), &
+         model%extra(k)%origin), k=1, size(model%extra))]
       if (settings%stop%impulse == impulse_nodal) then
          ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))

@@ -89,7 +89,7 @@ contains
             end if
          end select
       end associate
-      call place_extra_dofs(model, settings%start%kind == start_balance, q, v, modes%mode)
+      call place_extra_dofs(model, settings%start%kind == start_balance, q, v, modes)
       ! The static shape of a release was checked on the finite-element model before the modes were computed. The sum of
       ! all modes has the same displacements at the stops, so that only truncation can make the shape penetrate a
       ! contact; if a node is massless, there is no other contact to penetrate

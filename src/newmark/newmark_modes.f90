@@ -55,9 +55,8 @@ contains
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
          modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]
-         do i = 1, size(model%partner_dofs)
-            if (model%partner_dofs(i) > 0) modal%partner_dofs(i) = order + findloc(dofs, model%partner_dofs(i), dim=1)
-         end do
+         modal%partner_dofs = [(merge(order + findloc(dofs, model%partner_dofs(i), dim=1), 0, &
+            model%partner_dofs(i) > 0), i=1, size(model%partner_dofs))]
       end associate
    end subroutine make_modal_model
 

@@ -100,11 +100,7 @@ contains
             end if
          end select
          if (allocated(error)) return
-         if (allocated(run%modes)) then
-            call place_extra_dofs(model, start%kind == start_balance, displacement, velocity, run%modes%mode)
-         else
-            call place_extra_dofs(model, start%kind == start_balance, displacement, velocity)
-         end if
+         call place_extra_dofs(model, start%kind == start_balance, displacement, velocity, run%modes)
          if (start%kind /= start_release .or. size(model%extra) > 0) call check_start(flexible, contacts, state%force, &
             displacement, error)
          if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, state%force, displacement, &
