@@ -186,7 +186,7 @@ contains
       do divisor = 1, max_divisor
          do k = 1, size(load)
             basic = load(k)/real(divisor, wp)
-            if (basic < min_distance*tolerance .or. line%frequency < 0.5_wp*basic) cycle
+            if (basic/min_distance < tolerance .or. line%frequency < 0.5_wp*basic) cycle
             if (abs(line%frequency - anint(line%frequency/basic)*basic) > tolerance) cycle
             line%multiple = nint(line%frequency/basic)
             line%divisor = divisor

@@ -1,6 +1,6 @@
 !> A scene as a user runs it, from the namelist text to the results file, and all that must hold of what it leaves.
 module random_checks
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_long, c_null_funptr, c_null_ptr
    use analyses, only: analysed_t
    use beam_model, only: beam_model_t
@@ -394,6 +394,7 @@ contains
          read_reals(file, 'measures/lost_impact'), -read_reals(file, 'measures/created'), &
          read_reals(file, 'measures/left')]
       associate (above => response%measures%start_energy - response%measures%rest_energy)
+         if (ieee_is_nan(above)) return
          if (above > rounding*energy_scale(response)) call limit('shares of the energy miss 1 by', abs(sum(shares) - 1.0_wp), &
             rounding*energy_scale(response)/above, complaint)
       end associate

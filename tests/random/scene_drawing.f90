@@ -1564,11 +1564,11 @@ contains
             call instead('spectrum', 'resolution_ratio', 'resolution', scene%spectrum%resolution &
                /(2.0_wp*acos(-1.0_wp)*time))
             call instead('spectrum', 'start', 'start_time', scene%spectrum%start*time)
-            call instead('spectrum', 'end', 'end_time', scene%spectrum%end*time)
+            call instead('spectrum', 'end', 'end_time', end_time(scene%spectrum%end, time))
          end if
          if (scene%wants_statistics) then
             call instead('statistics', 'start', 'start_time', scene%statistics%start*time)
-            call instead('statistics', 'end', 'end_time', scene%statistics%end*time)
+            call instead('statistics', 'end', 'end_time', end_time(scene%statistics%end, time))
             call instead('statistics', 'rest', 'rest_time', scene%statistics%rest*time)
          end if
          if (allocated(scene%supports)) then
@@ -1686,7 +1686,7 @@ contains
          time = 1.0_wp/scene%scales%omega1
          call instead(group, 'frequency_ratio', 'frequency', course%frequency/time/(2.0_wp*acos(-1.0_wp)))
          call instead(group, 'start', 'start_time', course%start*time)
-         call instead(group, 'end', 'end_time', course%end*time)
+         call instead(group, 'end', 'end_time', end_time(course%end, time))
          call instead(group, 'duration', 'duration_time', course%duration*time)
       end subroutine give_units_of_course
 
@@ -1715,6 +1715,16 @@ contains
       end subroutine instead_list
 
    end subroutine give_units
+
+   !> The end of a window or load, which without a value in the scene is as late as can be.
+   pure real(wp) function end_time(end, unit)
+      !> The end in units of time
+      real(wp), intent(in) :: end
+      !> The unit, s
+      real(wp), intent(in) :: unit
+
+      end_time = min(end, 0.5_wp*huge(end)/max(1.0_wp, unit))*unit
+   end function end_time
 
    !> The ratios that a scene in units was given, to the last bit.
    subroutine take_ratios(scene, draft)
