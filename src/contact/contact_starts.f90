@@ -15,7 +15,7 @@ module contact_starts
    implicit none (type, external)
    private
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
-      check_mode_count, move_onto_contacts, place_extra_dofs
+      check_gaps, check_mode_count, move_onto_contacts, place_extra_dofs
 
    !> Maximum relative tension or penetration of a contact that counts as rounding error in `find_slow_balance`.
    real(wp), parameter :: balance_tolerance = 1.0e-10_wp
@@ -257,15 +257,26 @@ contains
       !> Set if a contact without force is penetrated
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp) :: gap(size(contacts))
+      call check_gaps(contacts, matmul(displacement, beam%row) - contacts%height, forces, error)
+   end subroutine check_start
+
+   !> Refuse gaps at the start that penetrate a contact without static force.
+   pure subroutine check_gaps(contacts, gap, forces, error)
+      type(contact_t), intent(in) :: contacts(:)
+      !> Gap of each contact
+      real(wp), intent(in) :: gap(:)
+      !> Force P >= 0 of each contact
+      real(wp), intent(in) :: forces(:)
+      !> Set if a contact without force is penetrated
+      type(failure_t), allocatable, intent(inout) :: error
+
       integer :: k
 
-      gap = matmul(displacement, beam%row) - contacts%height
       k = findloc(penetrates(contacts, gap) .and. .not. forces > 0.0_wp, .true., dim=1)
       if (k > 0) call fail(error, status_bad_input, 'the beam starts beyond the surface at x/L = '// &
          to_text(contacts(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement; ' &
          //"&start kind = 'balance' begins in equilibrium on the stops")
-   end subroutine check_start
+   end subroutine check_gaps
 
    !> Project penetrations within `penetration_tolerance` onto the contact surfaces. The displacements are those of
    !> forces at the contacts on a beam with an elastic foundation, because a beam with a rigid-body rotation has no

@@ -4,12 +4,13 @@ module motion_run
    use beam_model, only: beam_model_t
    use beam_starts, only: check_table_of_start
    use contact_sets, only: set_store_t
+   use contact_starts, only: check_gaps
    use exact_motion, only: choose_modes, exact_response, unknown_modes
    use failures, only: fail, failure_t, status_bad_input
    use few_modes, only: find_common_modes, number_of_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use load_settings, only: is_in_mode, start_release
+   use load_settings, only: is_in_mode, start_drop, start_release, start_rest, start_velocity
    use mass_choice, only: is_redistribution_more_accurate
    use mode_choice, only: select_modes
    use newmark_motion, only: check_newmark, newmark_response
@@ -20,7 +21,7 @@ module motion_run
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
-   use stop_contacts, only: has_one_contact, contacts_of
+   use stop_contacts, only: contact_t, contacts_of, has_one_contact
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
    implicit none (type, external)
@@ -171,6 +172,7 @@ contains
       !> Set if the beam cannot start
       type(failure_t), allocatable, intent(out) :: error
 
+      type(contact_t), allocatable :: fixed(:)
       real(wp), allocatable :: start(:)
       logical :: has_single_contact
 
@@ -180,6 +182,11 @@ contains
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
          if (.not. allocated(error) .and. settings%start%kind == start_release) then
             call find_static_start(model, contacts_of(settings), start, error)
+         else if (any(settings%start%kind == [start_rest, start_velocity, start_drop])) then
+            ! the beam is undeformed
+            fixed = contacts_of(settings)
+            fixed = pack(fixed, fixed%is_fixed)
+            call check_gaps(fixed, -fixed%height, spread(0.0_wp, 1, size(fixed)), error)
          end if
          if (allocated(error)) return
       end if
