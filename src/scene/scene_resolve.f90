@@ -373,6 +373,8 @@ contains
 
       integer :: meshes, i, max_elements
 
+      frequencies%has_mesh_of_response = .not. (allocated(frequencies%mesh_elements) .or. &
+         allocated(frequencies%mesh_ratios))
       if (.not. allocated(frequencies%mesh_elements)) allocate (frequencies%mesh_elements(1), source=mesh%elements)
       if (.not. allocated(frequencies%mesh_ratios)) allocate (frequencies%mesh_ratios(1), source=mesh%ratio)
       associate (elements => frequencies%mesh_elements, ratios => frequencies%mesh_ratios)

@@ -175,8 +175,7 @@ module scene_types
       real(wp) :: height_ratio = 0.0_wp
    end type start_group_t
 
-   !> Settings of &frequencies: a table of the frequency parameters lambda_i = sqrt(omega_i / omega1) lambda1, one
-   !> column for each solver on each mesh
+   !> Settings of &frequencies: a table of lambda_i = sqrt(omega_i/omega1) lambda1, a column for each solver and mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
@@ -186,12 +185,13 @@ module scene_types
       integer, allocatable :: mesh_elements(:)
       !> Ratio of neighbouring element lengths of each of these meshes
       real(wp), allocatable :: mesh_ratios(:)
+      !> Whether the file gives neither, so that the mesh of the table is that of the response
+      logical :: has_mesh_of_response = .false.
       !> `reference_exact` or `reference_none`
       integer :: reference = reference_exact
    end type frequency_settings_t
 
-   !> Settings of &frequency_response: steady response of the beam with open contacts to its harmonic loads over a range
-   !> of frequencies
+   !> Settings of &frequency_response: steady response of the beam with open contacts to its harmonic loads
    type :: frequency_response_settings_t
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)

@@ -10,6 +10,7 @@ module frequency_study
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
+   use mesh_checks, only: mesh_check_t
    use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
    use natural_solver, only: natural_modes
    use piecewise_frequencies, only: piecewise_lambda, segments_of
@@ -24,22 +25,35 @@ module frequency_study
 contains
 
    !> Fill the table of a scene. If a solver fails, its column is empty and has the error message.
-   subroutine frequency_table(scene, table, error)
+   subroutine frequency_table(scene, table, error, found)
       type(scene_t), intent(in) :: scene
       type(frequency_table_t), intent(out) :: table
       !> Set if a mesh cannot be made, or if no solver finds a mode
       type(failure_t), allocatable, intent(out) :: error
+      !> Mesh found for the response, which a table without a mesh of its own uses if this mesh has enough modes
+      type(mesh_check_t), intent(in), optional :: found
 
       type(failure_t), allocatable :: solver_error
       type(beam_model_t) :: model
+      ! numbers of elements, and ratios of neighbouring lengths
+      integer, allocatable :: elements(:)
+      real(wp), allocatable :: ratios(:)
       integer :: i, j, column, rows
 
       associate (group => scene%frequencies)
-         allocate (table%columns(size(group%mesh_elements)*size(group%solver)))
+         allocate (elements, source=group%mesh_elements)
+         allocate (ratios, source=group%mesh_ratios)
+         if (present(found)) then
+            if (group%has_mesh_of_response .and. 2*found%elements >= max(group%count, scene%output%mode_shapes, 1)) then
+               elements = [found%elements]
+               ratios = [found%ratio]
+            end if
+         end if
+         allocate (table%columns(size(elements)*size(group%solver)))
          rows = 0
          column = 0
-         do i = 1, size(group%mesh_elements)
-            call model_of(scene, group%mesh_elements(i), group%mesh_ratios(i), model, error, moves=.false.)
+         do i = 1, size(elements)
+            call model_of(scene, elements(i), ratios(i), model, error, moves=.false.)
             if (allocated(error)) return
             do j = 1, size(group%solver)
                column = column + 1
@@ -47,7 +61,7 @@ contains
                   filled%solver = trim(solver_names(group%solver(j)))
                   filled%elements = model%mesh%elements
                   ! 0 in the heading: the nodes are given
-                  filled%ratio = merge(0.0_wp, group%mesh_ratios(i), allocated(scene%mesh%nodes))
+                  filled%ratio = merge(0.0_wp, ratios(i), allocated(scene%mesh%nodes))
                   call solve_modes(model, group%solver(j), merge(group%count, default_mode_count, group%count > 0), &
                      filled%lambda, solver_error)
                   if (allocated(solver_error)) then

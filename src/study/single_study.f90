@@ -120,10 +120,16 @@ contains
       type(case_beam_t) :: beam
       type(run_settings_t) :: settings
       logical :: draws_start
+      ! whether the mesh is found by runs
+      logical :: finds_mesh
 
+      finds_mesh = scene%wants_response .and. (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%finer_elements > 0)
+      if (finds_mesh) call choose_mesh(scene, beam)
+      if (allocated(beam%error)) error = beam%error
+      if (allocated(error)) return
       if (scene%wants_frequencies) then
          allocate (table)
-         call frequency_table(scene, table, error)
+         call frequency_table(scene, table, error, beam%check)
          if (allocated(error)) return
       end if
       allocate (analysed(0))
@@ -134,10 +140,7 @@ contains
       ! pictures of the scene show the shape at the start
       draws_start = .not. allocated(settings%output%shape_times) .and. settings%output%shape_step <= 0.0_wp
       if (draws_start) settings%output%shape_times = [0.0_wp]
-      if (scene%mesh%tolerance > 0.0_wp .or. scene%mesh%found%finer_elements > 0) then
-         call choose_mesh(scene, beam)
-         if (allocated(beam%error)) error = beam%error
-         if (allocated(error)) return
+      if (finds_mesh) then
          model = beam%model
          call enable_progress()
          call run_motion(model, settings, response, error, beam%modes)
