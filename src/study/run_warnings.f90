@@ -3,23 +3,26 @@
 !> after its settling time.
 module run_warnings
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use frequency_study, only: solve_modes
    use history_list, only: eta_tip
-   use kinds, only: pi, wp
+   use kinds, only: lambda1, pi, wp
    use load_settings, only: field_mode, start_drop, start_velocity
    use number_text, only: rounded
    use quantities, only: quantity_named, units_of, units_t
    use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
    use run_settings, only: side_above
-   use scene_beam_model, only: varies_at_end
-   use scene_types, only: scene_t
+   use scene_beam_model, only: model_of, varies_at_end
+   use scene_types, only: scene_t, solver_auto
    use scene_units, only: units_in
    use scene_warnings, only: add_warning
    use warning_list, only: warning_large_slope, warning_over_strength, warning_settling, warning_stress_start, &
       warning_uncounted_cycles
    implicit none (type, external)
    private
-   public :: warn_of_run, ends_unsettled
+   public :: warn_of_run, ends_unsettled, half_period_of
 
    !> Slope beyond which deflections are not small.
    real(wp), parameter :: max_slope = 0.2_wp
@@ -79,7 +82,7 @@ contains
    end subroutine warn_of_run
 
    !> Whether a run with a stop ends so soon after its settling time that the settling time is uncertain.
-   pure logical function run_ends_unsettled(scene, response) result(answer)
+   logical function run_ends_unsettled(scene, response) result(answer)
       type(scene_t), intent(in) :: scene
       !> The run of the scene
       type(response_t), intent(in) :: response
@@ -87,24 +90,42 @@ contains
       answer = .false.
       if (.not. (scene%has_stop .and. allocated(response%measures)) .or. varies_at_end(scene)) return
       associate (measures => response%measures)
-         answer = measures%has_settled .and. ends_unsettled(measures%settling_tau, measures%duration)
+         if (measures%has_settled) answer = ends_unsettled(measures%settling_tau, measures%duration, &
+            half_period_of(scene))
       end associate
    end function run_ends_unsettled
 
    !> Whether a run ends so soon after the last excursion of the stop beyond the settling level that another one may
    !> follow. Excursions of the motion in the first mode are at most half a period apart.
-   elemental logical function ends_unsettled(settling_tau, duration) result(answer)
+   elemental logical function ends_unsettled(settling_tau, duration, half_period) result(answer)
       !> Settling time, tau; NaN: the motion has not settled
       real(wp), intent(in) :: settling_tau
       !> Length of the run, tau
       real(wp), intent(in) :: duration
-
-      ! half a period of the first frequency, in tau
-      real(wp), parameter :: half_period = pi
+      !> Half a period of the first mode, tau
+      real(wp), intent(in) :: half_period
 
       answer = .not. ieee_is_nan(settling_tau)
       if (answer) answer = settling_tau > 0.0_wp .and. duration - settling_tau < half_period
    end function ends_unsettled
+
+   !> Half a period of the first mode of the beam that has a restoring force, tau.
+   real(wp) function half_period_of(scene) result(half_period)
+      type(scene_t), intent(in) :: scene
+
+      ! below this lambda, a mode is a free rotation
+      real(wp), parameter :: min_lambda = 1.0e-3_wp
+      type(beam_model_t) :: model
+      type(failure_t), allocatable :: error
+      real(wp), allocatable :: lambda(:)
+
+      half_period = pi
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error, moves=.false.)
+      if (.not. allocated(error)) call solve_modes(model, solver_auto, 2, lambda, error)
+      if (allocated(error)) return
+      lambda = pack(lambda, lambda > min_lambda)
+      if (size(lambda) > 0) half_period = pi*(lambda1/lambda(1))**2
+   end function half_period_of
 
    !> Whether an extreme of a moment is the damping moment of an initial velocity with a jump or a kink at the root or a
    !> support. The curvature of such a velocity, and with it the moment, grow with the number of elements.

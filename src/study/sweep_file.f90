@@ -6,14 +6,14 @@ module sweep_file
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
    use joined_texts, only: joined
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use measure_list, only: measure_count, measure_settling, measure_table, measure_tolerance
    use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantities, only: quantity_named, units_of, units_t
    use quantity_groups, only: quantity_group_t
    use results_file, only: results_name, write_header
-   use run_warnings, only: ends_unsettled
+   use run_warnings, only: ends_unsettled, half_period_of
    use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
    use scene_units, only: are_physical, units_in
@@ -87,6 +87,8 @@ contains
       real(wp), allocatable :: duration(:)
       ! time in the rows over tau
       real(wp) :: unit_of_time
+      ! half a period of the first mode; if it varies between the cases, that of the uniform beam
+      real(wp) :: half_period
       integer :: number, i, duration_axis
       logical :: may_be_unsettled
 
@@ -96,6 +98,8 @@ contains
       ! with another beam in each case, tau cannot be found from times in units
       may_be_unsettled = scene%has_stop .and. .not. varies_at_end(scene) .and. .not. (are_physical(scene) .and. &
          any(plan%axes%parameter%changes_scales))
+      half_period = pi
+      if (may_be_unsettled .and. .not. any(plan%axes%parameter%changes_beam)) half_period = half_period_of(scene)
       duration_axis = findloc(plan%axes%parameter%group == 'response' .and. &
          index(plan%axes%parameter%name_in_group, 'duration') == 1, .true., dim=1)
       allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
@@ -115,7 +119,7 @@ contains
             if (duration_axis > 0) duration(:) = chunk%values(duration_axis, :)
             if (any(plan%axes%parameter%name_in_group == 'duration_time')) duration(:) = duration/time_over_tau(scene)
             survey%unsettled_count = survey%unsettled_count + count(ends_unsettled(chunk%rows(measure_settling, :) &
-               /unit_of_time, duration))
+               /unit_of_time, duration, half_period))
             deallocate (duration)
          end if
          survey%failure_count = survey%failure_count + size(chunk%failed)
