@@ -8,12 +8,12 @@ module name_hints
    use number_text, only: to_text
    use program_identity, only: program_name
    use run_settings, only: name_length
-   use sweep_names, only: parameter_of, sweep_of
+   use sweep_names, only: find_parameters, parameter_names, parameter_of, sweep_of
    use sweep_settings, only: parameter_t
    use value_rules, only: one_of
    implicit none (type, external)
    private
-   public :: group_hint, item_hint, choice_hint, phrase_of
+   public :: group_hint, item_hint, choice_hint, other_parameters, phrase_of
 
    !> Maximum number of names in the line of a message.
    integer, parameter :: max_listed = 40
@@ -156,11 +156,13 @@ contains
    end function unswept_hint
 
    !> The hint for a value that is none of the allowed words: all of them, or if they are many the nearest.
-   pure function choice_hint(word, words) result(hint)
+   pure function choice_hint(word, words, others) result(hint)
       !> Word that the user wrote
       character(*), intent(in) :: word
       !> Allowed words
       character(*), intent(in) :: words(:)
+      !> Parameters of &sweep if the words are those of &cases
+      character(*), intent(in) :: others(:)
       character(:), allocatable :: hint
 
       ! maximum length of a list in a message, characters
@@ -179,13 +181,29 @@ contains
       ! parameters of some groups have the name of the group before their own, such as section_wall
       ends_so = index(words//' ', '_'//word//' ') > 0
       if (nearest == 0 .and. count(ends_so) == 1) nearest = findloc(ends_so, .true., dim=1)
-      if (nearest > 0) then
+      if (any(others == word)) then
+         hint = '&sweep varies it, &cases does not'
+      else if (nearest > 0) then
          hint = 'did you mean '//one_of(words(nearest:nearest))//'?'
       else
          hint = 'near are '//one_of(nearest_of(word, words))
       end if
       hint = 'one of '//to_text(size(words))//' names, which '//program_name//' --names lists; '//hint
    end function choice_hint
+
+   !> The parameters of &sweep, if a group is &cases, which takes fewer of them; otherwise none.
+   pure function other_parameters(table, group) result(names)
+      type(table_t), intent(in) :: table
+      !> Index of the group
+      integer, intent(in) :: group
+      character(name_length), allocatable :: names(:)
+
+      integer, allocatable :: places(:)
+
+      allocate (places(0))
+      if (table%groups(group)%name == 'cases') call find_parameters(table, places)
+      allocate (names, source=parameter_names(table, places))
+   end function other_parameters
 
    !> The three names nearest to a word.
    pure function nearest_of(name, names) result(nearest)

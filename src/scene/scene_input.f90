@@ -2,7 +2,7 @@
 !> problems in a file, only the first problem in the text is recorded.
 module scene_input
    use kinds, only: i8, wp
-   use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
+   use name_hints, only: choice_hint, group_hint, item_hint, other_parameters, phrase_of
    use name_table, only: max_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, max_name_length
    use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
@@ -144,7 +144,7 @@ contains
          case (kind_number, kind_whole)
             call input%read_numbers(item, range, entry)
          case (kind_word)
-            call input%read_words(item, entry)
+            call input%read_words(item, other_parameters(table, entry%group), entry)
          case (kind_logical)
             call input%read_switch(item, entry)
          case (kind_text)
@@ -201,9 +201,11 @@ contains
    end subroutine read_numbers
 
    !> Read words as indices of the allowed words; an unknown or a repeated word is a problem.
-   subroutine read_words(input, item, entry)
+   subroutine read_words(input, item, others, entry)
       class(scene_input_t), intent(inout) :: input
       integer, intent(in) :: item
+      !> Parameters that &sweep varies, for the message about a word that is none of those allowed
+      character(*), intent(in) :: others(:)
       !> Entry that receives the values
       type(entry_t), intent(inout) :: entry
 
@@ -223,7 +225,7 @@ contains
          end do
          if (.not. input%namelist%values(i)%is_quoted) place = 0
          if (place == 0 .or. len(word) == 0) then
-            call input%reject(item, i, 'must be '//choice_hint(word, entry%words))
+            call input%reject(item, i, 'must be '//choice_hint(word, entry%words, others))
             return
          else if (any(chosen == place) .or. input%namelist%values(i)%repeat > 1) then
             call input%reject(item, i, 'given twice')
