@@ -18,6 +18,7 @@ module sensitivity_study
    use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
    use sweep_plan, only: plan_t
    use sweep_ranks, only: is_first_rank
+   use sweep_settings, only: parameter_t
    use sweep_study, only: plan_run_t, run_plan
    implicit none (type, external)
    private
@@ -88,8 +89,7 @@ contains
                   case = case + 1
                   associate (value => settings%values(k) + merge(1.0_wp, -1.0_wp, side == 1)*scale(step(k), 1 - i))
                      ! a case beyond a limit is run with the value of the scene and not used
-                     if (value >= settings%minimum(k) .and. &
-                        value <= settings%maximum(k)) plan%axes(k)%values(case) = value
+                     if (is_allowed(settings%parameters(k), value)) plan%axes(k)%values(case) = value
                   end associate
                end do
             end do
@@ -132,6 +132,7 @@ contains
 
       integer, allocatable :: above(:), below(:)
       real(wp) :: nan, step(size(scene%sensitivity%parameters))
+      logical, dimension(scene%sensitivity%steps) :: reaches_above, reaches_below
       integer :: first, i, k
 
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -150,9 +151,10 @@ contains
             first = 2 + 2*settings%steps*(k - 1)
             above = [(first + 2*(i - 1), i=1, settings%steps)]
             below = above + 1
-            associate (reaches_above => is_within(settings%values(k) + [(scale(step(k), 1 - i), i=1, size(above))], &
-               k), &
-               reaches_below => is_within(settings%values(k) - [(scale(step(k), 1 - i), i=1, size(below))], k))
+            associate (parameter => settings%parameters(k), value => settings%values(k), &
+               steps => [(scale(step(k), 1 - i), i=1, settings%steps)])
+               reaches_above = is_allowed(parameter, value + steps)
+               reaches_below = is_allowed(parameter, value - steps)
                do i = 1, size(measures)
                   sensitivity%derivative(k, i) = differentiate(step(k), rows(measures(i), 1), &
                      merge(rows(measures(i), above), nan, reaches_above), &
@@ -169,16 +171,14 @@ contains
          end do
       end associate
 
-   contains
-
-      !> Whether a value of a parameter is within its range.
-      elemental logical function is_within(value, parameter)
-         real(wp), intent(in) :: value
-         integer, intent(in) :: parameter
-
-         is_within = value >= scene%sensitivity%minimum(parameter) .and. value <= scene%sensitivity%maximum(parameter)
-      end function is_within
-
    end subroutine find_sensitivity
+
+   !> Whether scenes may give a value of a parameter.
+   elemental logical function is_allowed(parameter, value)
+      type(parameter_t), intent(in) :: parameter
+      real(wp), intent(in) :: value
+
+      is_allowed = value >= parameter%allowed(1) .and. value <= parameter%allowed(2)
+   end function is_allowed
 
 end module sensitivity_study

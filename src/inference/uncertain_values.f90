@@ -101,26 +101,29 @@ contains
    end function cumulative_probabilities
 
    !> Distribute a parameter normally (lognormally if its range is logarithmic) with 95 % of the values in the range.
-   !> The distribution is truncated at four standard deviations, and at 0 if the range is on one side of 0.
+   !> The distribution is truncated at four standard deviations, at the values that scenes may give, and at 0 if the
+   !> range is on one side of 0.
    subroutine distribute_normally(axis)
       type(axis_t), intent(inout) :: axis
 
       real(wp), parameter :: max_deviations = 4.0_wp
       real(wp) :: deviation, maximum, minimum, mean
 
-      associate (probability => cumulative_probabilities(axis))
+      associate (probability => cumulative_probabilities(axis), allowed => axis%parameter%allowed)
          if (axis%is_logarithmic) then
             axis%distribution = 'lognormal'
             mean = 0.5_wp*log(axis%minimum*axis%maximum)
             deviation = 0.5_wp*log(axis%maximum/axis%minimum)/half_width
-            axis%values = exp(quantile_within(probability, mean, deviation, mean - max_deviations*deviation, mean + &
-               max_deviations*deviation))
+            minimum = mean - max_deviations*deviation
+            if (allowed(1) > 0.0_wp) minimum = max(minimum, log(allowed(1)))
+            maximum = min(mean + max_deviations*deviation, log(allowed(2)))
+            axis%values = exp(quantile_within(probability, mean, deviation, minimum, maximum))
          else
             axis%distribution = 'normal'
             mean = 0.5_wp*(axis%minimum + axis%maximum)
             deviation = 0.5_wp*(axis%maximum - axis%minimum)/half_width
-            minimum = mean - max_deviations*deviation
-            maximum = mean + max_deviations*deviation
+            minimum = max(mean - max_deviations*deviation, allowed(1))
+            maximum = min(mean + max_deviations*deviation, allowed(2))
             if (axis%minimum >= 0.0_wp) minimum = max(minimum, 0.0_wp)
             if (axis%maximum <= 0.0_wp) maximum = min(maximum, 0.0_wp)
             axis%values = quantile_within(probability, mean, deviation, minimum, maximum)

@@ -181,18 +181,13 @@ contains
             return
          end if
          associate (parameters => sensitivity%parameters)
-            if (allocated(sensitivity%values)) deallocate (sensitivity%values, sensitivity%minimum, sensitivity%maximum)
-            allocate (sensitivity%values(size(parameters)), sensitivity%minimum(size(parameters)), &
-               sensitivity%maximum(size(parameters)))
+            if (allocated(sensitivity%values)) deallocate (sensitivity%values)
+            allocate (sensitivity%values(size(parameters)))
             do k = 1, size(parameters)
                call check_parameter(input, table, parameters(k), scene)
                if (input%has_problem()) return
                i = entry_of_parameter(table, parameters(k))
                sensitivity%values(k) = value_of(scene, parameters(k), table, i)
-               associate (entry => table%entries(i))
-                  sensitivity%minimum(k) = entry%name%range%minimum
-                  sensitivity%maximum(k) = entry%name%range%maximum
-               end associate
             end do
          end associate
          call check_measures(input, group, sensitivity%measures, scene)

@@ -86,7 +86,7 @@ contains
             name_in_group=entry%name%name, changes_beam=sweep%changes_beam, &
             changes_scales=sweep%changes_scales, &
             may_change_in_motion=sweep%may_change_in_motion, is_whole=entry%kind == kind_whole, &
-            quantity=entry%name%quantity)
+            quantity=entry%name%quantity, allowed=[entry%name%range%minimum, entry%name%range%maximum])
          parameter%order = sweep%order + group_offset*(parameter%occurrence - 1)
          if (sweep%name /= '') parameter%name = sweep%name
          associate (group => table%groups(entry%group))

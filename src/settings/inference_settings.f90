@@ -41,10 +41,6 @@ module inference_settings
       type(parameter_t), allocatable :: parameters(:)
       !> Values of the parameters in the scene
       real(wp), allocatable :: values(:)
-      !> Minimum allowed values
-      real(wp), allocatable :: minimum(:)
-      !> Maximum allowed values
-      real(wp), allocatable :: maximum(:)
       !> Indices in `measure_table`; unallocated: all measures that a run of the scene has
       integer, allocatable :: measures(:)
       !> First step of the finite differences, as a fraction of the value

@@ -40,6 +40,8 @@ module sweep_settings
       logical :: is_whole = .false.
       !> Quantity of values in the units of the scene, a name in `quantity_table`; empty: a dimensionless value
       character(max_name_length) :: quantity = ''
+      !> Minimum and maximum that scenes may give
+      real(wp) :: allowed(2) = [-huge(1.0_wp), huge(1.0_wp)]
    end type parameter_t
 
    !> Designs of a sweep. Grid: all combinations of the values.
