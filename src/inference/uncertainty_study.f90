@@ -15,7 +15,7 @@ module uncertainty_study
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: make_plan, plan_t
    use sweep_ranks, only: is_first_rank, ranks_in_words
-   use sweep_study, only: workers_in_words, plan_run_t, run_plan
+   use sweep_study, only: plan_run_t, refuse_only_failures, run_plan, workers_in_words
    use sweep_tables, only: print_sweep
    use uncertain_values, only: distribute
    use uncertainty_results, only: print_uncertainty, uncertainty_t
@@ -50,7 +50,9 @@ contains
       call find_statistics(scene, survey%values, uncertainty)
       allocate (survey%summary, source=uncertainty)
       call write_sweep(job%folder, scene, plan, survey, refined, error)
-      if (allocated(error) .or. job%quiet) return
+      if (allocated(error)) return
+      call refuse_only_failures(plan, survey, error)
+      if (job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
          workers_in_words(run%workers, ranks_in_words()))
       call print_uncertainty(job%unit, units_in(scene), uncertainty)

@@ -26,7 +26,8 @@ module sweep_study
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep, run_plan, plan_run_t, threads_for, workers_in_words, case_count_of, chain_count_of
+   public :: run_sweep, run_plan, plan_run_t, threads_for, workers_in_words, case_count_of, chain_count_of, &
+      refuse_only_failures
 
    !> Run of the cases of a plan.
    type :: plan_run_t
@@ -82,13 +83,24 @@ contains
       end if
       call write_sweep(job%folder, scene, plan, survey, refined, error, errors)
       if (allocated(error)) return
-      if (survey%failure_count == plan%cases) call fail(error, status_run_failed, 'all '//to_text(plan%cases) &
-         //' cases failed, case 1: '//trim(survey%reasons(1)))
+      call refuse_only_failures(plan, survey, error)
       if (job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
          workers_in_words(run%workers, ranks_in_words()))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
+
+   !> Report that all cases failed.
+   pure subroutine refuse_only_failures(plan, survey, error)
+      type(plan_t), intent(in) :: plan
+      !> Summary of the cases of the plan
+      type(survey_t), intent(in) :: survey
+      !> Set if all cases failed
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (survey%failure_count == plan%cases) call fail(error, status_run_failed, 'all '//to_text(plan%cases) &
+         //' cases failed, case 1: '//trim(survey%reasons(1)))
+   end subroutine refuse_only_failures
 
    !> Compute the cases of a plan that are not in chunks on disk yet, with threads and processes, and store their rows.
    subroutine run_plan(scene, plan, job, run, error)
