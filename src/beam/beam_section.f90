@@ -62,6 +62,8 @@ module beam_section
       !> Distances of the outer fibre over hbar at the stations; unallocated: those of a shape follow from its
       !> dimensions
       real(wp), allocatable :: fibres(:)
+      !> Second derivatives of these distances of a cubic spline, [stations]
+      real(wp), allocatable :: fibre_curvature(:)
    end type section_t
 
 contains
@@ -155,6 +157,8 @@ contains
             [.false., .false.])
          section%second_curvature = spline_curvature(-section%tip_distance, section%second, &
             [.false., .false.])
+         if (allocated(section%fibres)) section%fibre_curvature = spline_curvature(-section%tip_distance, &
+            section%fibres, [.false., .false.])
       end if
    end function shaped_section
 
@@ -193,11 +197,10 @@ contains
       case (kind_section_table)
          fibre = 0.0_wp
       case (kind_shape)
+         ! the second derivatives are unallocated, and so absent, unless the profile is cubic
          if (allocated(section%fibres)) then
-            ! linear between stations in a cubic profile too
-            fibre = profile_value(section, section%fibres, tip_distance)
+            fibre = profile_value(section, section%fibres, tip_distance, section%fibre_curvature)
          else
-            ! the second derivatives are unallocated, and so absent, unless the profile is cubic
             fibre = outer_fibre_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
                section%first_curvature), profile_value(section, section%second, tip_distance, &
                section%second_curvature))*sqrt(section%mean_area/(12.0_wp*section%mean_inertia))

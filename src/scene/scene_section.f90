@@ -275,31 +275,36 @@ contains
       end do
    end subroutine check_steps
 
-   !> Check that the cubic splines of both dimensions are positive between their stations, at `checked_points` - 1
-   !> points of each interval.
+   !> Check that the cubic splines of both dimensions, and of the distance of the outer fibre, are positive between
+   !> their stations, at `checked_points` - 1 points of each interval.
    subroutine check_spline(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
 
       integer, parameter :: checked_points = 64
-      ! second derivatives of both dimensions at the stations, [stations, 2]
-      real(wp) :: curvature(size(section%station), 2)
+      ! values at the stations and their second derivatives: of both dimensions, and of the distance of the outer fibre
+      real(wp) :: curvature(size(section%station), 3), values(size(section%station), 3)
+      character(:), allocatable :: names
       ! position within an interval, from 0 to 1
       real(wp) :: fraction
       ! length of the interval
       real(wp) :: width
-      integer :: i, k
+      integer :: dimension, i, j, k
 
-      curvature(:, 1) = spline_curvature(section%station, section%first, [.false., .false.])
-      curvature(:, 2) = spline_curvature(section%station, section%second, [.false., .false.])
+      values = reshape([section%first, section%second, section%second], shape(values))
+      if (allocated(section%outer_fibre)) values(:, 3) = section%outer_fibre
+      do dimension = 1, 3
+         curvature(:, dimension) = spline_curvature(section%station, values(:, dimension), [.false., .false.])
+      end do
       do i = 1, size(section%station) - 1
          width = section%station(i + 1) - section%station(i)
          do k = 1, checked_points - 1
             fraction = real(k, wp)/real(checked_points, wp)
-            if (value_of(section%first, curvature(:, 1)) > 0.0_wp .and. &
-               value_of(section%second, curvature(:, 2)) > 0.0_wp) cycle
-            call input%complain('section', trim(dimension_names(section%shape)), &
-               "the spline of profile = 'cubic' falls to 0 " &
+            dimension = findloc([(value_of(values(:, j), curvature(:, j)) > 0.0_wp, j=1, 3)], .false., dim=1)
+            if (dimension == 0) cycle
+            names = trim(dimension_names(section%shape))
+            if (dimension == 3) names = 'outer_fibre'
+            call input%complain('section', names, "the spline of profile = 'cubic' falls to 0 " &
                //'between the stations '//to_text(section%station(i))//' and '//to_text(section%station(i + 1)))
             return
          end do
