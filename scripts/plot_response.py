@@ -348,6 +348,8 @@ def draw_body(axes, body, response):
             axes.axhline(base.height + faces[0].height, color=plots.COLOURS[2], linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1)
             handles.append(plt.Line2D([], [], color=plots.COLOURS[2], linewidth=0.7, linestyle=(0, (1, 1.5)),
                                       label=base.name.split()[-1]))
+    if axes.patches:
+        handles.append(patches.Patch(facecolor=plots.CONTACT, label="contact"))
     axes.set_ylabel(plots.with_unit("displacement", response.units.get("displacement", "")) + f"\n($x/L$ = {body.position:g})",
                     fontsize=9)
     set_ticks(axes.yaxis, 5)
