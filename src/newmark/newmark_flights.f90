@@ -7,6 +7,7 @@ module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
    use newmark_stepper, only: copy_state
+   use statistic_types, only: sum_time
    implicit none (type, external)
    private
    public :: record_flight_start, cancel_flight
@@ -111,13 +112,13 @@ contains
          first = min(max(start%block, 1), size(blocks%tip%sums, 2))
          blocks%tip%sums(:, first) = start%sums(:, 0)
          do block = first + 1, last
-            blocks%tip%sums(:, block) = empty_block(blocks%edge(block - 1:block))
+            blocks%tip%sums(:, block) = empty_block(blocks%tip%sums(sum_time, first))
          end do
          do k = 1, size(blocks%contact)
             associate (contact => blocks%contact(k))
                contact%sums(:, first) = start%sums(:, k)
                do block = first + 1, last
-                  contact%sums(:, block) = empty_block(blocks%edge(block - 1:block))
+                  contact%sums(:, block) = empty_block(blocks%tip%sums(sum_time, first))
                end do
                if (contact%count > 0) contact%impacts(contact%count) = start%impacts(k)
                contact%has_separated = start%has_separated(k)

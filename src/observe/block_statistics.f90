@@ -77,19 +77,19 @@ contains
       contact%has_finite_force = has_finite_force
       allocate (contact%sums(sum_count, blocks))
       do i = 1, blocks
-         contact%sums(:, i) = empty_block(edge(i - 1:i))
+         contact%sums(:, i) = empty_block((edge(blocks) - edge(0))/real(blocks, wp))
       end do
       allocate (contact%impacts(16))
    end subroutine open_contact
 
    !> Initial sums of a block.
-   pure function empty_block(edge) result(sums)
-      !> Beginning and end of the block, tau
-      real(wp), intent(in) :: edge(2)
+   pure function empty_block(length) result(sums)
+      !> Length of the block, tau; the same for all blocks, so that equal values in them have no scatter by rounding
+      real(wp), intent(in) :: length
       real(wp) :: sums(sum_count)
 
       sums = 0.0_wp
-      sums(sum_time) = edge(2) - edge(1)
+      sums(sum_time) = length
       sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration]) = -huge(1.0_wp)
       sums(minima) = huge(1.0_wp)
    end function empty_block
@@ -295,7 +295,7 @@ contains
          allocate (statistics%value(statistic_count, 0:contacts), statistics%half_width(statistic_count, 0:contacts), &
             statistics%in_block(statistic_count, n, 0:contacts), statistics%class_edge(blocks%classes, contacts), &
             statistics%class_count(blocks%classes, contacts))
-         allocate (statistics%has_finite_force(contacts))
+         allocate (statistics%has_finite_force(contacts), statistics%is_maximum_unfinished(contacts))
          statistics%has_finite_force(:) = blocks%contact%has_finite_force
          ! the tolerance of a statistic is that of the search for the extreme in its formula
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
@@ -305,6 +305,10 @@ contains
             associate (contact => blocks%contact(k))
                contact%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
                call count_impacts(blocks, contact)
+               associate (impacts => contact%impacts(:contact%count))
+                  statistics%is_maximum_unfinished(k) = any(impacts%counts .and. impacts%until >= blocks%edge(n) .and. &
+                     impacts%impulse >= maxval(contact%sums(maximum_impulse, :)))
+               end associate
                max_size(kind_of(contact)) = maxval([max_size(kind_of(contact)), impact_sizes(blocks, contact)])
             end associate
          end do

@@ -123,7 +123,7 @@ contains
    end subroutine find_statistics
 
    !> Quotient of two sums, or its square root. The confidence interval follows from the linearised quotient; a single
-   !> block with a nonzero denominator gives no interval.
+   !> block with a nonzero denominator gives no interval. If all quotients agree to rounding, the half width is 0.
    pure subroutine find_quotient(numerator, denominator, is_root, quantile, value, half_width, in_block)
       !> Numerator in each block, [blocks]
       real(wp), intent(in) :: numerator(:)
@@ -136,6 +136,7 @@ contains
       real(wp), intent(inout) :: half_width
       real(wp), intent(inout) :: in_block(:)
 
+      real(wp) :: deviation(size(numerator))
       real(wp) :: number, quotient, spread
       integer :: i
 
@@ -147,7 +148,9 @@ contains
       quotient = sum(numerator)/sum(denominator)
       value = root_of(quotient)
       if (count(denominator > 0.0_wp) < 2) return
-      spread = sqrt(sum((numerator - quotient*denominator)**2)/(number*(number - 1.0_wp)))
+      deviation = numerator - quotient*denominator
+      if (all(abs(deviation) <= number*epsilon(number)*abs(numerator))) deviation = 0.0_wp
+      spread = sqrt(sum(deviation**2)/(number*(number - 1.0_wp)))
       half_width = quantile*spread*number/sum(denominator)
       if (is_root .and. value > 0.0_wp) half_width = half_width/(2.0_wp*value)
 

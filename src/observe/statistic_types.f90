@@ -164,6 +164,9 @@ module statistic_types
       real(wp) :: tolerance(statistic_count) = peak_tolerance
       !> Whether the force of each contact is finite, [contacts]
       logical, allocatable :: has_finite_force(:)
+      !> Whether the impact with the maximum impulse of each contact lasts at the end of the blocks, so that its impulse
+      !> grows with the length of the blocks, [contacts]
+      logical, allocatable :: is_maximum_unfinished(:)
    end type run_statistics_t
 
 end module statistic_types

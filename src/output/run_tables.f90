@@ -2,6 +2,7 @@
 !> statistics.
 module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use joined_texts, only: joined
    use kinds, only: wp
    use measure_list, only: first_peak, first_statistic, force_window, measure_count, measure_decay, measure_force, &
       measure_mean_force, measure_named, measure_settling, measure_table, measure_tolerance, peak_count
@@ -352,6 +353,11 @@ contains
             - first_statistic + 1, 1:), 3)
       end if
       call print_table(unit, table)
+      if (any(statistics%is_maximum_unfinished)) then
+         write (unit, '(2x, a)') 'mean impulse at '//joined(pack(labels_of(contacts), &
+            statistics%is_maximum_unfinished), ', ')//' contains the force of an impact that lasts', &
+            'at the end; the maximum impulse above is without the force at rest'
+      end if
 
    contains
 
@@ -442,7 +448,8 @@ contains
          call print_line(unit, 'RMS of tip', value_in_units(units, 'displacement', value_of('rms_tip'), decimals) &
             //phrase(units, ', mean ', 'displacement', value_of('mean_tip'), decimals))
       end if
-      call print_line(unit, 'impacts a period', rounded(load_period*value_of('impact_rate'))//' at all stops')
+      call print_line(unit, 'impacts a period', rounded(load_period*value_of('impact_rate')) &
+         //' at all stops, mean of &statistics')
       call print_line(unit, 'share in contact', rounded(value_of('contact_share'))//' of the time, summed over stops')
 
    contains
@@ -461,14 +468,20 @@ contains
       type(table_t), intent(inout) :: table
       type(contact_record_t), intent(in) :: contacts(:)
 
+      call add_texts(table, trim(merge('contact', 'stop   ', any(contacts%body > 0))), labels_of(contacts))
+   end subroutine add_contacts
+
+   !> Labels of contacts in tables, such as '2 above'.
+   pure function labels_of(contacts) result(labels)
+      type(contact_record_t), intent(in) :: contacts(:)
       character(20) :: labels(size(contacts))
+
       integer :: i
 
       do i = 1, size(contacts)
          labels(i) = to_text(contacts(i)%stop)//' '//merge('below', 'above', contacts(i)%sign > 0)
          if (any(contacts%body > 0)) labels(i) = contact_name(contacts(i))
       end do
-      call add_texts(table, trim(merge('contact', 'stop   ', any(contacts%body > 0))), labels)
-   end subroutine add_contacts
+   end function labels_of
 
 end module run_tables

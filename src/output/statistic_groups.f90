@@ -35,6 +35,8 @@ contains
       if (.not. all(statistics%has_finite_force)) call group%attribute('restitution', 'an impulse has neither a ' &
          //'maximum force nor a square: of a rigid stop RMS and maximum forces are nan, means over the time in ' &
          //'contact are without impulses, and the classes are of impulses')
+      if (any(statistics%is_maximum_unfinished)) call group%attribute('unfinished', 'an impact lasts at the end; ' &
+         //'mean and maximum impulses of its surface contain its force until then')
       call group%put('block', [(i, i=1, blocks)], 'block', is_scale=.true.)
       call group%put('block_start', statistics%edge(0:blocks - 1), 'time', 'begin of the block{, tau}', 'block')
       call group%put('block_end', statistics%edge(1:), 'time', 'its end{, tau}', 'block')

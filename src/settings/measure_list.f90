@@ -178,7 +178,7 @@ module measure_list
       'repeats after', 'load periods:', group='poincare'), &
       measure_t('impacts_per_period', 'impacts_per_period', &
       'impacts in a period of the load, over that of the motion or, where none was found, over all sections kept', &
-      'number', .false., 'impacts a period', group='poincare'), &
+      'number', .false., 'impacts a period', 'from sections:', group='poincare'), &
       measure_t('lyapunov_exponent', 'lyapunov_exponent', &
       'maximum Lyapunov exponent: rate at which motions that begin side by side separate, from the first section to ' &
       //'the last', &
@@ -219,9 +219,11 @@ module measure_list
       'velocity', .false., group='statistics'), &
       measure_t('maximum_impact_velocity', '', 'maximum velocity with which impacts begin', 'velocity', &
       .false., group='statistics'), &
-      measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it', &
+      measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it; of one that ' &
+      //'lasts at the end until then', &
       'impulse', .false., group='statistics'), &
-      measure_t('maximum_impulse', '', 'maximum impulse of an impact', 'impulse', .false., group='statistics'), &
+      measure_t('maximum_impulse', '', 'maximum impulse of an impact; of one that lasts at the end until then', &
+      'impulse', .false., group='statistics'), &
       measure_t('contact_time', '', 'time in contact', 'time', .false., group='statistics'), &
       measure_t('contact_share', '', 'share of time in contact', 'number', .false., group='statistics'), &
       measure_t('work_rate', '', 'mean power that is dissipated at the stop, by dampers and at impacts', &
