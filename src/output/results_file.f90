@@ -3,7 +3,7 @@
 !> Values are dimensionless, as they are inside the program, or in units of the scene. The attribute `in_scene_units` of
 !> a dataset is the value of one dimensionless unit in units of the scene, if known.
 module results_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_size_t
    use beam_section, only: heights_of_elements, section_t
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
@@ -123,7 +123,7 @@ contains
       !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
-      character(kind=c_char), allocatable :: bytes(:)
+      character(:), allocatable :: bytes
       type(failure_t), allocatable :: refusal
 
       call root%finish(bytes, refusal)

@@ -3,7 +3,6 @@
 !> an earlier run of this scene wrote.
 module table_files
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use, intrinsic :: iso_c_binding, only: c_char
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: kind_file, kind_nothing, kind_of, load_file, remove_entries, replace_file
    use hdf5_loading, only: hdf5_source_t, member_t
@@ -121,17 +120,13 @@ contains
          !> Index in `table_formats`
          integer, intent(in) :: format
 
-         character(kind=c_char), allocatable :: bytes(:)
-         character(:), allocatable :: beginning
+         character(:), allocatable :: text
          type(failure_t), allocatable :: unreadable
-         integer :: k
 
          if (kind_of(folder//'/'//name) /= kind_file) return
-         call load_file(folder//'/'//name, bytes, unreadable)
-         beginning = beginning_of(table_formats(format), stem)
+         call load_file(folder//'/'//name, text, unreadable)
          ! a file that does not begin like a table of this scene is left alone
-         if (size(bytes) < len(beginning)) return
-         if (any(bytes(:len(beginning)) /= [(beginning(k:k), k=1, len(beginning))])) return
+         if (index(text, beginning_of(table_formats(format), stem)) /= 1) return
          were_there(format) = .true.
          ! the trailing '/.' resolves a folder that is a link
          call remove_entries(folder//'/.', [name])
@@ -146,12 +141,10 @@ contains
       type(growing_text_t), intent(in) :: text
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer(i8) :: k
-
       if (kind_of(folder//'/'//name) /= kind_nothing) then
          call refuse_foreign(folder//'/'//name, 'a table of this scene', error)
       else
-         call replace_file(folder, name, [(text%text(k:k), k=1_i8, text%length)], error)
+         call replace_file(folder, name, text%text(:text%length), error)
       end if
    end subroutine write_new_file
 

@@ -4,7 +4,7 @@
 !> instant at which 1 percent of the energy is left; "nodal reading" is the replacement of the nodal velocity.
 module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_size_t
    use failures, only: failure_t
    use file_system, only: kind_nothing, kind_of, load_file, make_folder, replace_file
    use hdf5_writing, only: hdf5_group_t
@@ -70,15 +70,13 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: path
-      character(kind=c_char), allocatable :: bytes(:)
+      character(:), allocatable :: text
       type(failure_t), allocatable :: unreadable
 
       path = folder//'/'//scene%name//'.txt'
       if (kind_of(path) == kind_nothing) return
-      call load_file(path, bytes, unreadable)
-      if (size(bytes) >= len(text_start)) then
-         if (transfer(bytes(:len(text_start)), text_start) == text_start) return
-      end if
+      call load_file(path, text, unreadable)
+      if (index(text, text_start) == 1) return
       call refuse_foreign(path, 'a table of statements', error)
    end subroutine refuse_foreign_text
 
@@ -218,7 +216,6 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: text
-      character(kind=c_char), allocatable :: bytes(:)
       integer :: unit
 
       call open_text(unit, error)
@@ -226,10 +223,7 @@ contains
       call print_statements(unit, study)
       call print_outcomes(unit, study)
       call text_of(unit, text, error)
-      if (allocated(error)) return
-      allocate (bytes(len(text)))
-      bytes(:) = transfer(text, bytes)
-      call replace_file(folder, name, bytes, error)
+      if (.not. allocated(error)) call replace_file(folder, name, text, error)
    end subroutine write_text
 
 end module statements_file

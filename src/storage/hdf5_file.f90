@@ -4,7 +4,7 @@
 !> The first failure of an HDF5 call is recorded and later calls do nothing, so the caller tests for failure once, at
 !> the end.
 module hdf5_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: fail, failure_t, status_run_failed
    use h5ds, only: h5dsset_scale_f
    use hdf5, only: &
@@ -116,8 +116,8 @@ contains
    !> Return the bytes of a file in memory.
    subroutine take_image(self, bytes)
       class(hdf5_file_t), intent(inout) :: self
-      !> Size 0 if HDF5 has failed
-      character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
+      !> Of length 0 if HDF5 has failed
+      character(:), allocatable, target, intent(out) :: bytes
 
       integer :: status
       integer(size_t) :: length
@@ -132,7 +132,7 @@ contains
          call h5fget_file_image_f(self%id, buffer, 0_size_t, status, length)
          call self%check(status, 'finishing the file')
       end if
-      allocate (bytes(length))
+      allocate (character(length) :: bytes)
       if (allocated(self%failed_call) .or. length == 0_size_t) return
       buffer = c_loc(bytes)
       call h5fget_file_image_f(self%id, buffer, length, status)

@@ -61,7 +61,7 @@ contains
    subroutine open_bytes(self, bytes)
       class(hdf5_source_t), intent(out) :: self
       !> Bytes of the whole file, which HDF5 copies
-      character(kind=c_char), contiguous, target, intent(in) :: bytes(:)
+      character(*), target, intent(in) :: bytes
 
       integer(size_t), parameter :: increment = 65536_size_t
       integer(hid_t) :: access
@@ -70,7 +70,7 @@ contains
       call open_hdf5(status)
       call h5pcreate_f(h5p_file_access_f, access, status)
       call h5pset_fapl_core_f(access, increment, .false., status)
-      call h5pset_file_image_f(access, c_loc(bytes), size(bytes, kind=size_t), status)
+      call h5pset_file_image_f(access, c_loc(bytes), len(bytes, kind=size_t), status)
       call h5fopen_f('image', h5f_acc_rdonly_f, self%id, status, access)
       self%is_open = status == 0
       self%is_good = self%is_open
@@ -130,9 +130,9 @@ contains
       character(*), intent(out) :: texts(:)
 
       integer(hid_t) :: type_id
-      integer :: status, i, k
+      integer :: status, i
       type(c_ptr), target :: addresses(size(texts))
-      character(kind=c_char), pointer :: letters(:)
+      character(:), allocatable :: text
 
       texts = ''
       if (size(texts) == 0) return
@@ -141,13 +141,8 @@ contains
       call h5tclose_f(type_id, status)
       if (.not. self%is_good) return
       do i = 1, size(texts)
-         if (.not. c_associated(addresses(i))) cycle
-         call c_f_pointer(addresses(i), letters, [len(texts) + 1])
-         do k = 1, len(texts)
-            if (letters(k) == c_null_char) exit
-            texts(i) (k:k) = letters(k)
-         end do
-         call c_free(addresses(i))
+         call take_text(addresses(i), text)
+         texts(i) = text
       end do
    end subroutine load_texts
 
@@ -260,10 +255,9 @@ contains
       character(*), intent(in), optional :: of
       character(:), allocatable :: text
 
-      character(kind=c_char), pointer :: letters(:)
       integer(hid_t) :: attribute, space_id, type_id
       integer(hsize_t) :: points
-      integer :: i, length, status
+      integer :: status
       logical :: is_text
       type(c_ptr) :: location
       type(c_ptr), target :: address
@@ -284,23 +278,28 @@ contains
       if (is_text .and. points == 1_hsize_t) then
          location = c_loc(address)
          call h5aread_f(attribute, type_id, location, status)
-         if (status >= 0 .and. c_associated(address)) then
-            ! the length is not known in advance; a null character ends the text
-            call c_f_pointer(address, letters, [huge(1)])
-            length = 0
-            do while (letters(length + 1) /= c_null_char)
-               length = length + 1
-            end do
-            deallocate (text)
-            allocate (character(length) :: text)
-            do i = 1, length
-               text(i:i) = letters(i)
-            end do
-            call c_free(address)
-         end if
+         if (status >= 0) call take_text(address, text)
       end if
       call h5tclose_f(type_id, status)
       call h5aclose_f(attribute, status)
    end function text_attribute
+
+   !> Copy a text that HDF5 has allocated, and free it.
+   subroutine take_text(address, text)
+      !> Null: the text is empty
+      type(c_ptr), intent(in) :: address
+      character(:), allocatable, intent(out) :: text
+
+      character(kind=c_char), pointer :: letters(:)
+
+      text = ''
+      if (.not. c_associated(address)) return
+      ! the length is not known in advance; a null character ends the text
+      call c_f_pointer(address, letters, [huge(1)])
+      deallocate (text)
+      allocate (character(findloc(letters, c_null_char, dim=1) - 1) :: text)
+      text(:) = transfer(letters(:len(text)), text)
+      call c_free(address)
+   end subroutine take_text
 
 end module hdf5_loading

@@ -7,7 +7,7 @@
 !> Files are made in memory so that the disk sees a single write of finished bytes, whose failure has a reason, and HDF5
 !> never meets a full disk. Object times are off so that the same content gives the same bytes.
 module hdf5_writing
-   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: failure_t
    use hdf5, only: h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5p_dataset_create_f, h5pclose_f, &
       h5pcreate_f, h5pset_obj_track_times_f, h5pset_virtual_f, h5s_select_set_f, h5sclose_f, h5screate_simple_f, &
@@ -91,7 +91,7 @@ contains
       !> Root of the file; no object of the file can be used afterwards
       class(hdf5_group_t), intent(inout) :: self
       !> The finished file
-      character(kind=c_char), allocatable, intent(out) :: bytes(:)
+      character(:), allocatable, intent(out) :: bytes
       !> First HDF5 call that failed
       type(failure_t), allocatable, intent(out) :: error
 

@@ -4,7 +4,7 @@
 !> of the plan of the sweep (`sweep_plan`).
 module sweep_chunks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use checksums, only: checksum
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
@@ -73,7 +73,6 @@ contains
 
       character(*), parameter :: wanted = 'a folder of parts'
       character(:), allocatable :: stored_plan
-      character(kind=c_char), allocatable :: bytes(:)
       character(entry_length), allocatable :: entries(:)
       integer :: i
 
@@ -89,10 +88,8 @@ contains
                if (final_name(trim(entries(i))) /= plan_file) call refuse_foreign(path, wanted, error)
             end do
          else
-            call load_file(path//'/'//plan_file, bytes, error)
+            call load_file(path//'/'//plan_file, stored_plan, error)
             if (allocated(error)) return
-            allocate (character(size(bytes)) :: stored_plan)
-            stored_plan = transfer(bytes, stored_plan)
             if (index(stored_plan, program_name//' ') /= 1) then
                call refuse_foreign(path, wanted, error)
             else if (stored_plan /= text) then
@@ -106,9 +103,7 @@ contains
          call refuse_foreign(path, wanted, error)
       end select
       if (allocated(error)) return
-      allocate (bytes(len(text)))
-      bytes(:) = transfer(text, bytes)
-      call replace_file(path, plan_file, bytes, error)
+      call replace_file(path, plan_file, text, error)
    end subroutine open_chunk_folder
 
    !> Remove the chunks, and the folder unless it has files of the user.
@@ -205,8 +200,7 @@ contains
       ! space for attributes and the structure of the HDF5 file, bytes
       integer(c_size_t), parameter :: overhead = 32768_c_size_t
       type(hdf5_group_t) :: root
-      character(kind=c_char), allocatable :: bytes(:), sealed(:)
-      character(seal_length, kind=c_char) :: mark
+      character(:), allocatable :: bytes
       integer, allocatable :: columns(:)
       logical :: is_stored(measure_count)
       integer :: i
@@ -216,7 +210,7 @@ contains
       columns = pack([(i, i=1, measure_count)], is_stored)
       call root%begin(8_c_size_t*(size(chunk%rows, kind=c_size_t) + size(chunk%values, kind=c_size_t) &
          + int(plan%extras, c_size_t)*size(chunk%rows, 2, kind=c_size_t)) + overhead)
-      call root%add('plan', real(checksum(plan%text, len(plan%text, kind=c_size_t)), wp), '1', &
+      call root%add('plan', real(checksum(plan%text), wp), '1', &
          'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_chunk(plan, number), last_of_chunk(plan, number))], '1', &
          'number of the case', is_scale=.true.)
@@ -236,11 +230,7 @@ contains
       call root%add('reason', chunk%reasons, 'none', 'why', along='failed')
       call root%finish(bytes, error)
       if (allocated(error)) return
-      mark = seal(checksum(bytes, size(bytes, kind=c_size_t)))
-      allocate (sealed(size(bytes) + seal_length))
-      sealed(:size(bytes)) = bytes
-      sealed(size(bytes) + 1:) = transfer(mark, bytes)
-      call replace_file(plan%path, chunk_name(number), sealed, error)
+      call replace_file(plan%path, chunk_name(number), bytes//seal(checksum(bytes)), error)
    end subroutine write_chunk
 
    !> The seal of a chunk, a text with a checksum that follows the last byte of the HDF5 file and that HDF5 does not
@@ -264,8 +254,7 @@ contains
 
       type(hdf5_source_t) :: source
       type(failure_t), allocatable :: error
-      character(kind=c_char), allocatable :: bytes(:)
-      character(seal_length, kind=c_char) :: mark
+      character(:), allocatable :: bytes
       integer(c_size_t) :: length
       real(wp), allocatable :: rows(:, :)
       integer, allocatable :: case(:)
@@ -280,10 +269,9 @@ contains
       ! the checksum in the seal must be that of the bytes before it
       is_good = .false.
       if (allocated(error)) return
-      length = size(bytes, kind=c_size_t) - len(mark, kind=c_size_t)
+      length = len(bytes, kind=c_size_t) - int(seal_length, c_size_t)
       if (length <= 0_c_size_t) return
-      mark = transfer(bytes(length + 1_c_size_t:), mark)
-      is_good = mark == seal(checksum(bytes, length))
+      is_good = bytes(length + 1_c_size_t:) == seal(checksum(bytes(:length)))
       if (.not. is_good) return
       ! HDF5 reads the same bytes that were checked, not the file again
       call source%open_bytes(bytes(:length))
@@ -298,7 +286,7 @@ contains
       chunk%rows(pack([(i, i=1, measure_count)], is_stored == 1), :) = rows
       if (plan%extras > 0) call source%load('extras', chunk%extras)
       is_good = source%is_sound()
-      if (is_good) is_good = nint(found(1), i8) == checksum(plan%text, len(plan%text, kind=c_size_t)) &
+      if (is_good) is_good = nint(found(1), i8) == checksum(plan%text) &
          .and. case(1) == first .and. case(cases) == first + cases - 1
       failures = 0
       if (is_good) failures = count(chunk%rows(measure_status, :) > 0.0_wp)

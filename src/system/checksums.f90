@@ -22,24 +22,21 @@ module checksums
 contains
 
    !> The checksum of a sequence of bytes.
-   pure integer(i8) function checksum(bytes, count) result(sum)
-      !> A text, or a list of bytes
-      character(kind=c_char), intent(in) :: bytes(*)
-      !> Number of bytes
-      integer(c_size_t), intent(in) :: count
+   pure integer(i8) function checksum(bytes) result(sum)
+      character(*), intent(in) :: bytes
 
-      sum = int(crc32_z(0_c_long, bytes, count), i8)
+      sum = int(crc32_z(0_c_long, bytes, len(bytes, kind=c_size_t)), i8)
    end function checksum
 
    !> The checksum of the bytes of numbers.
    pure integer(i8) function checksum_of_numbers(numbers) result(sum)
       real(wp), intent(in) :: numbers(:)
 
-      character(kind=c_char), allocatable :: bytes(:)
+      character(:), allocatable :: bytes
 
-      allocate (bytes(size(numbers)*storage_size(numbers)/8))
+      allocate (character(size(numbers)*storage_size(numbers)/8) :: bytes)
       bytes(:) = transfer(numbers, bytes)
-      sum = checksum(bytes, size(bytes, kind=c_size_t))
+      sum = checksum(bytes)
    end function checksum_of_numbers
 
 end module checksums

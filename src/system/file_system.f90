@@ -141,7 +141,7 @@ contains
 
       ! name and content of the file that is written to test the folder and removed at once
       character(*), parameter :: trial = 'trial'
-      character(kind=c_char), parameter :: block(4096) = ' '
+      character(*), parameter :: block = repeat(' ', 4096)
       character(:), allocatable :: partial
       integer(c_int) :: code, ignored
 
@@ -152,7 +152,7 @@ contains
       end if
       call impactbeam_remove_leftovers(trim(path)//c_null_char, partial_prefix(trial)//c_null_char)
       partial = trim(path)//'/'//partial_name(trial, posix_getpid())//c_null_char
-      code = impactbeam_write_bytes(partial, block, size(block, kind=c_size_t))
+      code = impactbeam_write_bytes(partial, block, len(block, kind=c_size_t))
       ignored = posix_unlink(partial)
       if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "// &
          reason(code))
@@ -165,7 +165,7 @@ contains
       !> Name of the file in the folder
       character(*), intent(in) :: name
       !> Content of the file
-      character(kind=c_char), intent(in) :: bytes(:)
+      character(*), intent(in) :: bytes
       !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -175,7 +175,7 @@ contains
       path = trim(folder)//'/'//trim(name)
       partial = trim(folder)//'/'//partial_name(name, posix_getpid())
       call impactbeam_remove_leftovers(trim(folder)//c_null_char, partial_prefix(name)//c_null_char)
-      code = impactbeam_write_bytes(partial//c_null_char, bytes, size(bytes, kind=c_size_t))
+      code = impactbeam_write_bytes(partial//c_null_char, bytes, len(bytes, kind=c_size_t))
       if (code == 0) code = impactbeam_rename(partial//c_null_char, path//c_null_char)
       if (code == 0) return
       call fail(error, status_run_failed, "cannot write '"//path//"': "//reason(code))
@@ -273,7 +273,7 @@ contains
    subroutine load_file(path, bytes, error)
       character(*), intent(in) :: path
       !> Content of the file
-      character(kind=c_char), allocatable, intent(out) :: bytes(:)
+      character(:), allocatable, intent(out) :: bytes
       !> Reason why the file could not be read
       type(failure_t), allocatable, intent(out) :: error
 
@@ -291,7 +291,7 @@ contains
       !> Maximum size of the file in bytes
       integer, intent(in) :: max_length
       !> Content of the file
-      character(kind=c_char), allocatable, intent(out) :: bytes(:)
+      character(:), allocatable, intent(out) :: bytes
       !> Reason why the file could not be read; unallocated: the file was read
       character(:), allocatable, intent(out) :: problem
 
@@ -305,7 +305,7 @@ contains
          problem = 'it is too long: at most '//to_text(max_length)//' bytes are read'
          count = 0_c_size_t
       end if
-      allocate (bytes(count))
+      allocate (character(count) :: bytes)
       if (code == 0 .and. count > 0_c_size_t) then
          code = impactbeam_read_bytes(trim(path)//c_null_char, follow, bytes, count)
       end if
@@ -374,16 +374,10 @@ contains
       character(:), allocatable :: words
 
       integer, parameter :: max_length = 200
-      character(kind=c_char) :: text(max_length)
-      integer :: length
+      character(max_length, kind=c_char) :: text
 
       call impactbeam_describe(code, text, int(max_length, c_size_t))
-      allocate (character(max_length) :: words)
-      do length = 1, max_length
-         if (text(length) == c_null_char) exit
-         words(length:length) = text(length)
-      end do
-      words = words(:length - 1)
+      words = text(:index(text, c_null_char) - 1)
    end function reason
 
 end module file_system

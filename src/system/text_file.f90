@@ -1,6 +1,5 @@
 !> Loading of a complete text file into one string.
 module text_file
-   use, intrinsic :: iso_c_binding, only: c_char
    use file_system, only: load_bytes
    implicit none (type, external)
    private
@@ -21,8 +20,6 @@ contains
       !> Reason of a failure; unallocated: the file was read
       character(:), allocatable, intent(out) :: problem
 
-      character(kind=c_char), allocatable :: bytes(:)
-      integer :: i
       logical :: is_there, is_directory
 
       if (len_trim(file) == 0) then
@@ -40,15 +37,11 @@ contains
          return
       end if
 
-      call load_bytes(file, follow_links=.true., max_length=max_file_size, bytes=bytes, problem=problem)
+      call load_bytes(file, follow_links=.true., max_length=max_file_size, bytes=text, problem=problem)
       if (allocated(problem)) then
          problem = 'cannot be read: '//problem
          return
       end if
-      allocate (character(size(bytes)) :: text)
-      do i = 1, size(bytes)
-         text(i:i) = bytes(i)
-      end do
       if (index(text, byte_order_mark) == 1) text = text(len(byte_order_mark) + 1:)
       if (len(text) == 0) then
          problem = 'the file is empty'
