@@ -9,7 +9,7 @@ module beam_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
    use section_shapes, only: area_of_shape, outer_fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, &
-      profile_cubic, &
+      mean_of_table, profile_cubic, &
       profile_linear, profile_stepped, section_settings_t, shape_general
    implicit none (type, external)
    private
@@ -21,8 +21,7 @@ module beam_section
    integer, parameter :: kind_uniform = 0
    integer, parameter :: kind_taper = 1
    integer, parameter :: kind_height_table = 2
-   integer, parameter :: kind_section_table = 3
-   integer, parameter :: kind_shape = 4
+   integer, parameter :: kind_shape = 3
 
    !> A section along the beam. Components that its kind does not use have no meaning.
    type :: section_t
@@ -36,10 +35,6 @@ module beam_section
       real(wp), allocatable :: tip_distance(:)
       !> Heights h/hbar at the stations
       real(wp), allocatable :: height(:)
-      !> Areas A/Abar at the stations
-      real(wp), allocatable :: area(:)
-      !> Second moments of area I/Ibar at the stations
-      real(wp), allocatable :: inertia(:)
       !> Shape: one of the `shape_` constants of `section_shapes`
       integer :: shape = 0
       !> Interpolation of the dimensions between stations: one of the `profile_` constants
@@ -100,7 +95,7 @@ contains
 
       section%kind = kind_height_table
       allocate (section%tip_distance, source=1.0_wp - station)
-      allocate (section%height, source=height/table_mean(station, height))
+      allocate (section%height, source=height/mean_of_table(station, height))
    end function height_table_section
 
    !> A section whose area and second moment of area are given at stations and linear between them.
@@ -112,10 +107,11 @@ contains
       !> Second moments of area at the stations, any unit, [size(station)]
       real(wp), intent(in) :: inertias(:)
 
-      section%kind = kind_section_table
+      section%kind = kind_shape
+      section%shape = shape_general
       allocate (section%tip_distance, source=1.0_wp - station)
-      allocate (section%area, source=areas/table_mean(station, areas))
-      allocate (section%inertia, source=inertias/table_mean(station, inertias))
+      allocate (section%first, source=areas/mean_of_table(station, areas))
+      allocate (section%second, source=inertias/mean_of_table(station, inertias))
    end function section_table_section
 
    !> A section of any shape, whose dimensions are uniform, linear between stations, stepped, or a cubic spline.
@@ -194,8 +190,6 @@ contains
       select case (section%kind)
       case (kind_uniform)
          fibre = section%fibre
-      case (kind_section_table)
-         fibre = 0.0_wp
       case (kind_shape)
          ! the second derivatives are unallocated, and so absent, unless the profile is cubic
          if (allocated(section%fibres)) then
@@ -229,7 +223,7 @@ contains
       do i = 1, size(height, 2)
          tip_distance = 1.0_wp - node_position(i:i + 1) + [-rounding, rounding]
          do end = 1, 2
-            if (section%kind == kind_section_table .or. section%shape == shape_general) then
+            if (section%shape == shape_general) then
                if (area(section, tip_distance(end)) > 0.0_wp) height(end, i) = &
                   sqrt(inertia(section, tip_distance(end))/area(section, tip_distance(end)))
             else
@@ -265,19 +259,6 @@ contains
          + ((1.0_wp - weight)**3 - (1.0_wp - weight))*curvature(low + 1))*width**2/6.0_wp
    end function profile_value
 
-   !> Mean over the length of a function that is linear between stations.
-   pure real(wp) function table_mean(station, values) result(mean)
-      !> Positions x/L of the stations, ascending from 0 to 1
-      real(wp), intent(in) :: station(:)
-      !> Values at the stations
-      real(wp), intent(in) :: values(:)
-
-      associate (m => size(station))
-         mean = sum(0.5_wp*(values(2:m) + values(:m - 1))*(station(2:m) - station(:m - 1))) &
-            /(station(m) - station(1))
-      end associate
-   end function table_mean
-
    !> Whether the section is uniform.
    pure logical function section_is_uniform(section) result(uniform)
       type(section_t), intent(in) :: section
@@ -302,9 +283,7 @@ contains
       case (kind_taper)
          value = section%tip_height + 2.0_wp*section%taper*tip_distance
       case (kind_height_table)
-         value = interpolate(section%tip_distance, section%height, tip_distance)
-      case (kind_section_table)
-         value = interpolate(section%tip_distance, section%area, tip_distance)
+         value = profile_value(section, section%height, tip_distance)
       case (kind_shape)
          value = area_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
             section%first_curvature), profile_value(section, section%second, tip_distance, &
@@ -320,9 +299,7 @@ contains
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
 
-      if (section%kind == kind_section_table) then
-         value = interpolate(section%tip_distance, section%inertia, tip_distance)
-      else if (section%kind == kind_shape) then
+      if (section%kind == kind_shape) then
          value = inertia_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
             section%first_curvature), profile_value(section, section%second, tip_distance, &
             section%second_curvature))/section%mean_inertia
@@ -346,8 +323,6 @@ contains
       select case (section%kind)
       case (kind_uniform)
          degree = 0
-      case (kind_section_table)
-         degree = 1
       case (kind_shape)
          degree = merge(1, 4, section%shape == shape_general)*dimension_degree(section)
       case default
@@ -363,25 +338,6 @@ contains
       if (section%profile == profile_stepped) degree = 0
       if (section%profile == profile_cubic) degree = 3
    end function dimension_degree
-
-   !> Linear interpolation in a table over the distance to the tip.
-   pure real(wp) function interpolate(tip_distances, values, tip_distance) result(value)
-      !> Distances of the stations to the tip, descending
-      real(wp), intent(in) :: tip_distances(:)
-      !> Values at the stations
-      real(wp), intent(in) :: values(:)
-      !> Distance to the tip at which to interpolate
-      real(wp), intent(in) :: tip_distance
-
-      integer :: low
-      real(wp) :: weight
-
-      low = station_before(tip_distances, tip_distance)
-      associate (high => low + 1)
-         weight = (tip_distance - tip_distances(high))/(tip_distances(low) - tip_distances(high))
-         value = values(high) + weight*(values(low) - values(high))
-      end associate
-   end function interpolate
 
    !> Index of the station at the root end of the interval between stations that contains a position. A position at a
    !> station belongs to the interval on the side of the root, a position beyond the ends to the first or last interval.

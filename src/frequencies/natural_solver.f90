@@ -7,13 +7,13 @@
 module natural_solver
    use beam_model, only: beam_model_t, has_pinned_root
    use failures, only: fail, failure_t, status_run_failed
-   use floating_point_traps, only: resume_traps, suspend_traps, traps_t
    use kinds, only: wp
-   use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
+   use lapack_interfaces, only: dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
    use natural_coordinates, only: coordinates_of_shape, find_flexibility, make_natural_beam, natural_beam_t, &
       rows_of_unit_displacement
    use pinned_coordinates, only: pinned_flexibility, rigid_rotation, remove_rotation
+   use singular_vectors, only: find_singular
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
@@ -158,35 +158,12 @@ contains
       !> Set if DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: copy(:, :), work(:)
-      integer, allocatable :: integer_work(:)
-      type(traps_t) :: traps
-      real(wp) :: left(1, 1)
-      integer :: columns, info, rows
+      integer :: info
 
-      rows = size(matrix, 1)
-      columns = size(matrix, 2)
-      allocate (copy, source=matrix)
-      allocate (singular(columns))
-      allocate (integer_work(max(3, rows + 3*columns)))
-      call suspend_traps(traps)
-      if (with_vectors) then
-         allocate (vectors(columns, columns), work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
-         call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
-            vectors, columns, work, size(work), integer_work, info)
-      else
-         allocate (vectors(1, 1), work(max(7, 2*rows + columns, 34*columns + 1)))
-         call dgejsv('F', 'N', 'N', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
-            vectors, 1, work, size(work), integer_work, info)
-      end if
-      call resume_traps(traps)
+      call find_singular(matrix, with_vectors, singular, vectors, info)
       if (info /= 0) then
-         call fail(error, status_run_failed, lapack_message('DGEJSV', info, columns))
-         return
-      end if
-      ! DGEJSV scales the singular values to avoid overflow
-      singular = singular*(work(1)/work(2))
-      if (.not. all(singular > 0.0_wp)) then
+         call fail(error, status_run_failed, lapack_message('DGEJSV', info, size(matrix, 2)))
+      else if (.not. all(singular > 0.0_wp)) then
          call fail(error, status_run_failed, 'the mesh is too uneven: some of its modes vanish in double precision')
       end if
    end subroutine right_singular_vectors

@@ -2,9 +2,8 @@
 !> not determine, growth of small changes with time, and a test whether the residuals are white noise.
 module fit_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use floating_point_traps, only: resume_traps, suspend_traps, traps_t
    use kinds, only: wp
-   use lapack_interfaces, only: dgejsv
+   use singular_vectors, only: find_singular
    use student, only: student_quantile
    implicit none (type, external)
    private
@@ -79,7 +78,9 @@ contains
       do k = 1, size(places)
          scaled(:, k) = jacobian(:, places(k))/norm(places(k))
       end do
-      call find_singular(scaled, singular, vectors)
+      call find_singular(scaled, .true., singular, vectors, k)
+      ! the minimum avoids a division by 0
+      singular = max(singular, tiny(1.0_wp)**0.25_wp)
       certainty%condition = singular(1)/max(singular(size(places)), tiny(1.0_wp))
       if (certainty%condition > max_condition) then
          certainty%is_determined(places) = abs(vectors(:, size(places))) < min_component
@@ -147,32 +148,6 @@ contains
          end associate
       end associate
    end function growth_rate
-
-   !> Singular values, descending, and right singular vectors, one in each column.
-   subroutine find_singular(matrix, singular, vectors)
-      !> More rows than columns
-      real(wp), intent(in) :: matrix(:, :)
-      real(wp), allocatable, intent(out) :: singular(:)
-      real(wp), allocatable, intent(out) :: vectors(:, :)
-
-      real(wp), allocatable :: copy(:, :), work(:)
-      integer, allocatable :: integer_work(:)
-      type(traps_t) :: traps
-      real(wp) :: left(1, 1)
-      integer :: columns, info, rows
-
-      rows = size(matrix, 1)
-      columns = size(matrix, 2)
-      allocate (copy, source=matrix)
-      allocate (singular(columns), vectors(columns, columns), integer_work(max(3, rows + 3*columns)), &
-         work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
-      call suspend_traps(traps)
-      call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, vectors, columns, work, &
-         size(work), integer_work, info)
-      call resume_traps(traps)
-      ! DGEJSV scales the singular values to avoid overflow; the minimum avoids a division by 0
-      singular = max(singular*(work(1)/work(2)), tiny(1.0_wp)**0.25_wp)
-   end subroutine find_singular
 
    !> Test of whiteness (G. M. Ljung and G. E. P. Box, Biometrika 65 (1978) 297): probability that white noise has
    !> autocorrelations as large as these residuals; small if the model does not explain the signal.

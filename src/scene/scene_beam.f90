@@ -8,7 +8,7 @@ module scene_beam
    use program_identity, only: in_motion_and_benchmark
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_section_table, shape_taper
-   use section_shapes, only: area_of_shape, inertia_of_shape, mean_of_profile
+   use section_shapes, only: area_of_shape, inertia_of_shape, mean_of_profile, mean_of_table
    use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
@@ -263,19 +263,5 @@ contains
       area = beam%width*height
       inertia = beam%width*height**3/12.0_wp
    end subroutine mean_section
-
-   !> Mean over the length of a function that is linear between stations.
-   pure real(wp) function mean_of_table(station, column) result(mean)
-      !> Positions of the stations, ascending
-      real(wp), intent(in) :: station(:)
-      !> Values at the stations
-      real(wp), intent(in) :: column(:)
-
-      integer :: count
-
-      count = size(station)
-      mean = sum(0.5_wp*(column(2:) + column(:count - 1))*(station(2:) - station(:count - 1))) &
-         /(station(count) - station(1))
-   end function mean_of_table
 
 end module scene_beam

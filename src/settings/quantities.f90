@@ -37,6 +37,7 @@ module quantities
    integer, parameter :: youngs_modulus = 12
    !> Scale of the bending moment, that of Pbar times L
    integer, parameter :: moment = 13
+   integer, parameter :: scale_count = moment
 
    !> A physical quantity.
    type :: quantity_t
@@ -132,11 +133,13 @@ contains
       !> Whether results are in the units of the scene, otherwise dimensionless
       logical, intent(in) :: are_physical
 
+      real(wp) :: values(scale_count)
       integer :: i
 
       units%are_physical = are_physical
       units%system = merge(system, system_none, system > 0)
-      units%factor = [(numerator(quantity_table(i), scales)/denominator(quantity_table(i), scales), &
+      values = scale_values(scales)
+      units%factor = [(numerator(quantity_table(i), values)/denominator(quantity_table(i), values), &
          i=1, quantity_count)]
    end function units_of
 
@@ -147,8 +150,8 @@ contains
       real(wp), intent(in) :: value
       type(scales_t), intent(in) :: scales
 
-      associate (entry => quantity_table(quantity))
-         ratio = value*denominator(entry, scales)/numerator(entry, scales)
+      associate (entry => quantity_table(quantity), values => scale_values(scales))
+         ratio = value*denominator(entry, values)/numerator(entry, values)
       end associate
    end function ratio_of
 
@@ -164,65 +167,46 @@ contains
    end function is_of_displacement
 
    !> Numerator of one dimensionless unit: the scales with positive powers.
-   pure real(wp) function numerator(entry, scales) result(product)
+   pure real(wp) function numerator(entry, values) result(product)
       type(quantity_t), intent(in) :: entry
-      type(scales_t), intent(in) :: scales
+      !> Values of the scales
+      real(wp), intent(in) :: values(:)
 
-      product = scale_of(entry%first, scales)**max(entry%power, 0) &
-         *scale_of(entry%second, scales)**max(entry%second_power, 0)*scale_of(entry%third, scales)
+      product = values(entry%first)**max(entry%power, 0)*values(entry%second)**max(entry%second_power, 0) &
+         *values(entry%third)
    end function numerator
 
    !> Denominator of one dimensionless unit: the constant times the scales with negative powers.
-   pure real(wp) function denominator(entry, scales) result(product)
+   pure real(wp) function denominator(entry, values) result(product)
       type(quantity_t), intent(in) :: entry
-      type(scales_t), intent(in) :: scales
+      !> Values of the scales
+      real(wp), intent(in) :: values(:)
 
-      product = entry%constant*scale_of(entry%first, scales)**max(-entry%power, 0) &
-         *scale_of(entry%second, scales)**max(-entry%second_power, 0)
+      product = entry%constant*values(entry%first)**max(-entry%power, 0) &
+         *values(entry%second)**max(-entry%second_power, 0)
    end function denominator
 
-   !> Value of a scale in the units of the scene; 0: not known.
-   pure real(wp) function scale_of(which, scales) result(scale)
-      !> One of the constants of scales, `none` to `moment`
-      integer, intent(in) :: which
+   !> Values of all scales in the units of the scene; 0: not known.
+   pure function scale_values(scales) result(values)
       type(scales_t), intent(in) :: scales
+      real(wp) :: values(scale_count)
 
-      select case (which)
-      case (length)
-         scale = scales%length
-      case (omega1)
-         scale = scales%omega1
-      case (displacement)
-         scale = scales%displacement
-      case (velocity)
-         scale = scales%omega1*scales%displacement
-      case (slope)
-         scale = scales%displacement/scales%length
-      case (mass)
-         scale = scales%beam_mass
-      case (force)
-         scale = scale_of_force(scales)
-      case (stiffness)
-         scale = 3.0_wp*scales%bending_stiffness/scales%length**3
-      case (load)
-         scale = 3.0_wp*scales%bending_stiffness*scales%displacement/scales%length**3
-      case (bending_stiffness)
-         scale = scales%bending_stiffness
-      case (youngs_modulus)
-         scale = scales%youngs_modulus
-      case (moment)
-         scale = scale_of_force(scales)*scales%length
-      case default
-         scale = 1.0_wp
-      end select
-   end function scale_of
-
-   !> Scale of the contact force Pbar.
-   pure real(wp) function scale_of_force(scales) result(scale)
-      type(scales_t), intent(in) :: scales
-
-      scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
-   end function scale_of_force
+      values(none) = 1.0_wp
+      values(length) = scales%length
+      values(omega1) = scales%omega1
+      values(displacement) = scales%displacement
+      values(velocity) = scales%omega1*scales%displacement
+      values(slope) = scales%displacement/scales%length
+      values(mass) = scales%beam_mass
+      ! of the contact force Pbar
+      values(force) = lambda1_power4*scales%displacement*scales%bending_stiffness &
+         /(scales%height_ratio*scales%length**3)
+      values(stiffness) = 3.0_wp*scales%bending_stiffness/scales%length**3
+      values(load) = 3.0_wp*scales%bending_stiffness*scales%displacement/scales%length**3
+      values(bending_stiffness) = scales%bending_stiffness
+      values(youngs_modulus) = scales%youngs_modulus
+      values(moment) = values(force)*scales%length
+   end function scale_values
 
    !> The unit of a quantity in results.
    pure function unit_of(quantity, units) result(unit)

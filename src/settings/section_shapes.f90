@@ -6,7 +6,7 @@ module section_shapes
    use run_settings, only: name_length
    implicit none (type, external)
    private
-   public :: section_settings_t, area_of_shape, inertia_of_shape, outer_fibre_of_shape, is_uniform, mean_of_profile
+   public :: section_settings_t, area_of_shape, inertia_of_shape, outer_fibre_of_shape, is_uniform, mean_of_profile, mean_of_table
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
@@ -137,13 +137,25 @@ contains
          mean = sum(values*([section%station(2:), length] - section%station))/length
          return
       end if
-      spacing = section%station(2:) - section%station(:stations - 1)
-      mean = sum(0.5_wp*(values(2:) + values(:stations - 1))*spacing)/length
+      mean = mean_of_table(section%station, values)
       if (section%profile == profile_linear) return
+      spacing = section%station(2:) - section%station(:stations - 1)
       ! the integral of a cubic of end curvatures a and b over a length h is that of its chord, less (a + b) h^3/24
       associate (curvature => spline_curvature(section%station, values, [.false., .false.]))
          mean = mean - sum((curvature(2:) + curvature(:stations - 1))*spacing**3)/(24.0_wp*length)
       end associate
    end function mean_of_profile
+
+   !> Mean over the length of a function that is linear between stations.
+   pure real(wp) function mean_of_table(station, values) result(mean)
+      !> Positions of the stations, ascending
+      real(wp), intent(in) :: station(:)
+      !> Values at the stations
+      real(wp), intent(in) :: values(:)
+
+      associate (n => size(station))
+         mean = sum(0.5_wp*(values(2:) + values(:n - 1))*(station(2:) - station(:n - 1)))/(station(n) - station(1))
+      end associate
+   end function mean_of_table
 
 end module section_shapes
