@@ -7,7 +7,7 @@ module scene_checks
    use number_text, only: to_text
    use run_settings, only: method_newmark, stop_settings_t
    use scene_beam_model, only: model_of, run_settings_of
-   use scene_reader, only: complain_of_scene, draft_t, set_parameters
+   use scene_reader, only: complain_of_scene, draft_t, set_parameters, values_in_words
    use scene_types, only: all_stops, mass_redistributed, scene_t
    use stop_contacts, only: has_one_contact
    use sweep_plan, only: case_values, make_plan, plan_t
@@ -189,7 +189,7 @@ contains
       integer :: cases
       ! number of these cases that cannot start
       integer :: failing
-      integer :: i, k
+      integer :: i
       logical :: has_beam
 
       words = ''
@@ -214,10 +214,7 @@ contains
          if (.not. allocated(problem)) cycle
          failing = failing + 1
          if (failing > 1) cycle
-         do k = 1, size(values)
-            words = words//trim(plan%axes(k)%parameter%name)//' = '//to_text(values(k))//', '
-         end do
-         words = words(:len(words) - 2)//': '//problem
+         words = values_in_words(plan%axes%parameter, values)//': '//problem
       end do
       if (failing == 0) return
       if (present(all_fail)) all_fail = failing == plan%cases

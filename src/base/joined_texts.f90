@@ -1,8 +1,8 @@
-!> Several texts as one.
+!> Several texts as one, and the number of a letter in a text.
 module joined_texts
    implicit none (type, external)
    private
-   public :: joined
+   public :: joined, occurrences
 
 contains
 
@@ -20,5 +20,18 @@ contains
          text = text//trim(texts(i))
       end do
    end function joined
+
+   !> How often a text contains a letter.
+   pure integer function occurrences(letter, text)
+      character(1), intent(in) :: letter
+      character(*), intent(in) :: text
+
+      integer :: i
+
+      occurrences = 0
+      do i = 1, len(text)
+         if (text(i:i) == letter) occurrences = occurrences + 1
+      end do
+   end function occurrences
 
 end module joined_texts

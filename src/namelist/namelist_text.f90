@@ -5,6 +5,7 @@
 !> accepted file. Rejected on purpose: subscripts and components, null values, texts that continue on the next line, `$`
 !> and `&end`, and anything except blanks and comments outside of groups.
 module namelist_text
+   use joined_texts, only: occurrences
    use kinds, only: i8
    use namelist_tokens, only: advance, cursor_t, next_is_equals, is_name, lower_case, &
       normalise_lines, slice, token_comma, token_end, token_equals, token_group, token_slash, token_value, value_t
@@ -84,7 +85,8 @@ contains
       logical :: is_after_slash
 
       call normalise_lines(text, namelist%text)
-      allocate (namelist%groups(upper_bound('&')), namelist%items(upper_bound('=')), namelist%values(64))
+      allocate (namelist%groups(min(occurrences('&', namelist%text), max_parsed)), &
+         namelist%items(min(occurrences('=', namelist%text), max_parsed)), namelist%values(64))
       is_after_slash = .false.
       do while (max(namelist%group_count, namelist%item_count) < max_parsed)
          call advance(namelist%text, cursor, problem)
@@ -107,21 +109,6 @@ contains
          end select
       end do
       line = cursor%token_line
-
-   contains
-
-      !> Upper bound of the number of groups or items: the number of & or = signs in the text, at most `max_parsed`.
-      integer function upper_bound(mark) result(bound)
-         character, intent(in) :: mark
-
-         integer :: i
-
-         bound = 0
-         do i = 1, len(namelist%text)
-            if (namelist%text(i:i) == mark) bound = bound + 1
-         end do
-         bound = min(bound, max_parsed)
-      end function upper_bound
 
    end subroutine parse_namelist
 

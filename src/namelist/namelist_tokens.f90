@@ -4,7 +4,7 @@ module namelist_tokens
    use printable_text, only: excerpt
    implicit none (type, external)
    private
-   public :: cursor_t, value_t, advance, next_is_equals, is_name, normalise_lines, lower_case, slice, line_of
+   public :: cursor_t, value_t, advance, next_is_equals, is_name, normalise_lines, lower_case, slice
    public :: token_end, token_group, token_slash, token_comma, token_equals, token_value
 
    character(1), parameter :: newline = achar(10)
@@ -294,19 +294,6 @@ contains
          if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') lower(i:i) = achar(iachar(text(i:i)) + iachar('a') - iachar('A'))
       end do
    end function lower_case
-
-   !> Number of the line of a position in a text.
-   pure integer function line_of(text, position) result(line)
-      character(*), intent(in) :: text
-      integer, intent(in) :: position
-
-      integer :: i
-
-      line = 1
-      do i = 1, position - 1
-         if (text(i:i) == newline) line = line + 1
-      end do
-   end function line_of
 
    !> The characters `first` to `last` of a text.
    pure function slice(text, first, last) result(part)

@@ -2,6 +2,7 @@
 !> header of any length, units in a line of their own or after the names of the columns, a point or a comma before
 !> decimals, and perhaps a column with the noise of the values.
 module signal_file
+   use joined_texts, only: occurrences
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
@@ -59,7 +60,6 @@ contains
       integer :: line
       ! number of lines of numbers so far
       integer :: rows
-      integer :: i
       ! whether the layout is known, i.e. the first line of numbers has been found
       logical :: has_layout
 
@@ -69,7 +69,7 @@ contains
          return
       end if
       call normalise_lines(raw, text)
-      allocate (numbers(size(columns), 1 + count([(text(i:i) == new_line('a'), i=1, len(text))])))
+      allocate (numbers(size(columns), 1 + occurrences(new_line('a'), text)))
       first = 1
       line = 0
       rows = 0

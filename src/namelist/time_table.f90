@@ -1,5 +1,6 @@
 !> Reading of the table of a load or of a motion of the base: a text file with two columns, times and values.
 module time_table
+   use joined_texts, only: occurrences
    use kinds, only: wp
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
@@ -107,18 +108,5 @@ contains
       rows = rows + 1
       if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value'
    end subroutine read_row
-
-   !> Number of occurrences of a character in a text.
-   pure integer function occurrences(letter, text)
-      character(1), intent(in) :: letter
-      character(*), intent(in) :: text
-
-      integer :: i
-
-      occurrences = 0
-      do i = 1, len(text)
-         if (text(i:i) == letter) occurrences = occurrences + 1
-      end do
-   end function occurrences
 
 end module time_table

@@ -1,6 +1,7 @@
 !> The group `bodies` of a results file: position and histories of each body.
 module body_groups
    use kinds, only: wp
+   use point_groups, only: extra_points, put_histories, put_points
    use quantity_groups, only: quantity_group_t
    use response_types, only: extra_record_t
    implicit none (type, external)
@@ -20,32 +21,20 @@ contains
       integer :: b, n
 
       n = size(bodies)
-      call group%put('body', [(b, b=1, n)], 'body, in the order of &body', is_scale=.true.)
+      call put_points(group, extra_points, n)
       call group%put('position', [bodies%position], 'length', 'position{ x/L}', 'body')
       call group%put('rest', [bodies%rest], 'displacement', 'displacement at which its spring has no force', 'body')
       if (.not. present(tau)) return
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
-      if (allocated(bodies(1)%displacement)) call add('displacement', [(bodies(b)%displacement, b=1, n)], &
+      if (allocated(bodies(1)%displacement)) call put_histories(group, extra_points, n, 'displacement', &
+         [(bodies(b)%displacement, b=1, n)], &
          'displacement of the body, up from where its distance from the unstressed beam is the clearance', &
          'displacement')
-      if (allocated(bodies(1)%velocity)) call add('velocity', [(bodies(b)%velocity, b=1, n)], &
+      if (allocated(bodies(1)%velocity)) call put_histories(group, extra_points, n, 'velocity', [(bodies(b)%velocity, &
+         b=1, n)], &
          'velocity of the body, up', 'velocity')
-      if (allocated(bodies(1)%force)) call add('force', [(bodies(b)%force, b=1, n)], &
+      if (allocated(bodies(1)%force)) call put_histories(group, extra_points, n, 'force', [(bodies(b)%force, b=1, n)], &
          'sum of the contact forces on the body{, Pbar}, up', 'force')
-
-   contains
-
-      !> Write one history of all bodies.
-      subroutine add(name, values, meaning, quantity)
-         character(*), intent(in) :: name
-         !> Values at all sample times, body after body
-         real(wp), intent(in) :: values(:)
-         character(*), intent(in) :: meaning
-         character(*), intent(in) :: quantity
-
-         call group%put(name, reshape(values, [size(tau), n]), quantity, meaning, 'tau body')
-      end subroutine add
-
    end subroutine write_bodies
 
 end module body_groups

@@ -4,7 +4,7 @@ module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measure_lists
-   use point_groups, only: contact_points, put_points
+   use point_groups, only: contact_points, put_histories, put_points
    use quantity_groups, only: quantity_group_t
    use response_types, only: contact_name, contact_record_t
    use run_measures, only: row_of
@@ -58,42 +58,28 @@ contains
       type(contact_record_t), intent(in) :: contacts(:)
       real(wp), contiguous, intent(in) :: tau(:)
 
-      character(*), parameter :: along = 'tau surface'
       integer :: k, n
 
       n = size(contacts)
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
-      if (allocated(contacts(1)%eta)) call put_history(group, 'eta', [(contacts(k)%eta, k=1, n)], 'displacement of ' &
-         //'the beam there from the surface{, eta}; multiplied by `side`: the gap', 'displacement', along, n)
-      if (allocated(contacts(1)%velocity)) call put_history(group, 'velocity', [(contacts(k)%velocity, k=1, n)], &
-         'velocity of the beam there{, d eta/d tau}', 'velocity', along, n)
-      if (allocated(contacts(1)%force)) call put_history(group, 'force', [(contacts(k)%force, k=1, n)], &
-         'contact force{ Pbar}, away from the surface', 'force', along, n)
-      if (allocated(contacts(1)%acceleration)) call put_history(group, 'acceleration', &
-         [(contacts(k)%acceleration, k=1, n)], 'acceleration of the beam there, without impulses', 'acceleration', &
-         along, n)
+      if (allocated(contacts(1)%eta)) call put_histories(group, contact_points, n, 'eta', [(contacts(k)%eta, k=1, n)], &
+         'displacement of ' &
+         //'the beam there from the surface{, eta}; multiplied by `side`: the gap', 'displacement')
+      if (allocated(contacts(1)%velocity)) call put_histories(group, contact_points, n, 'velocity', &
+         [(contacts(k)%velocity, k=1, n)], &
+         'velocity of the beam there{, d eta/d tau}', 'velocity')
+      if (allocated(contacts(1)%force)) call put_histories(group, contact_points, n, 'force', [(contacts(k)%force, &
+         k=1, n)], &
+         'contact force{ Pbar}, away from the surface', 'force')
+      if (allocated(contacts(1)%acceleration)) call put_histories(group, contact_points, n, 'acceleration', &
+         [(contacts(k)%acceleration, k=1, n)], 'acceleration of the beam there, without impulses', 'acceleration')
       if (.not. allocated(contacts(1)%energy)) return
-      call put_history(group, 'energy', [(contacts(k)%energy, k=1, n)], 'energy in the springs of the surface', &
-         'energy', along, n)
-      call put_history(group, 'dissipated', [(contacts(k)%dissipated, k=1, n)], &
-         'dissipated so far in the surface and at impacts on it', 'energy', along, n)
+      call put_histories(group, contact_points, n, 'energy', [(contacts(k)%energy, k=1, n)], &
+         'energy in the springs of the surface', &
+         'energy')
+      call put_histories(group, contact_points, n, 'dissipated', [(contacts(k)%dissipated, k=1, n)], &
+         'dissipated so far in the surface and at impacts on it', 'energy')
    end subroutine write_histories
-
-   !> Write one history of all contacts.
-   subroutine put_history(group, name, values, meaning, quantity, along, columns)
-      type(quantity_group_t), intent(in) :: group
-      character(*), intent(in) :: name
-      !> Values at all sample times, contact after contact
-      real(wp), intent(in) :: values(:)
-      character(*), intent(in) :: meaning
-      character(*), intent(in) :: quantity
-      !> Dimension scales of the table
-      character(*), intent(in) :: along
-      !> Number of contacts
-      integer, intent(in) :: columns
-
-      call group%put(name, reshape(values, [size(values)/columns, columns]), quantity, meaning, along)
-   end subroutine put_history
 
    !> Write the measures of each contact, and start and end of each interval in which a contact is closed.
    subroutine write_measures(group, contacts)

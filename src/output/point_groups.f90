@@ -4,7 +4,7 @@ module point_groups
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: contact_points, extra_points, put_points, put_motion, put_amplitudes, in_degrees
+   public :: contact_points, extra_points, put_points, put_histories, put_motion, put_amplitudes, in_degrees
 
    !> Points of one kind.
    type :: points_t
@@ -43,6 +43,22 @@ contains
 
       call group%put(trim(points%scale), [(k, k=1, number)], trim(points%order), is_scale=.true.)
    end subroutine put_points
+
+   !> Write a history of each point over the scale `tau` and the scale of the points.
+   subroutine put_histories(group, points, number, name, values, meaning, quantity)
+      type(quantity_group_t), intent(in) :: group
+      type(points_t), intent(in) :: points
+      !> Number of the points
+      integer, intent(in) :: number
+      !> Name of the dataset
+      character(*), intent(in) :: name
+      !> Values at the samples of the first point, of the second, and so on
+      real(wp), intent(in) :: values(:)
+      character(*), intent(in) :: meaning
+      character(*), intent(in) :: quantity
+
+      call group%put(name, reshape(values, [size(values)/number, number]), quantity, meaning, 'tau '//points%scale)
+   end subroutine put_histories
 
    !> Write displacements and velocities over the scale of the points and the scale `tau`.
    subroutine put_motion(group, points, displacement, velocity)

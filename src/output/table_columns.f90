@@ -2,6 +2,7 @@
 !> files.
 module table_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use joined_texts, only: occurrences
    use kinds, only: i8, wp
    use number_text, only: rounded, to_text
    use printable_text, only: character_count
@@ -200,8 +201,9 @@ contains
          associate (column => table%columns(k), rows => rows_of(table%columns(k)))
             widths(k) = maxval([0, (character_count(cell_of(column, i)), i=1, rows)])
             headings(k) = broken_heading(column%name, max(short_heading, widths(k)))
-            height = max(height, line_count(headings(k)))
-            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, line_count(headings(k)))])
+            height = max(height, 1 + occurrences(line_end, headings(k)))
+            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, &
+               1 + occurrences(line_end, headings(k)))])
          end associate
       end do
       last = 1
@@ -240,7 +242,7 @@ contains
                if (row > 0) then
                   cell = cell_of(column, row)
                else
-                  cell = line_of(heading, line_count(heading) + row)
+                  cell = line_of(heading, row + 1 + occurrences(line_end, heading))
                end if
                if (allocated(column%texts)) cell = left_aligned(cell, width)
                line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell
@@ -279,15 +281,6 @@ contains
       end do
       if (place > 0) heading(place:place) = line_end
    end function broken_heading
-
-   !> Number of lines of a text.
-   pure integer function line_count(text)
-      character(*), intent(in) :: text
-
-      integer :: i
-
-      line_count = 1 + count([(text(i:i) == line_end, i=1, len(text))])
-   end function line_count
 
    !> Line number `number` of a text, counted from 1; empty if the number is below 1.
    pure function line_of(text, number) result(line)

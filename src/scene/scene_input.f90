@@ -1,13 +1,14 @@
 !> Reads a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
 !> problems in a file, only the first problem in the text is recorded.
 module scene_input
+   use joined_texts, only: occurrences
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, other_parameters, phrase_of
    use name_table, only: max_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, max_name_length
    use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
-   use namelist_tokens, only: line_of, lower_case, slice
+   use namelist_tokens, only: lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
@@ -448,7 +449,8 @@ contains
       if (.not. allocated(input%problem)) return
       problem = input%file//': '//input%problem
       if (input%problem_position > 0) then
-         problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
+         problem = input%file//':'//to_text(1 + occurrences(new_line('a'), slice(input%namelist%text, 1, &
+            input%problem_position - 1)))//': '//input%problem
       end if
       input%problem_position = huge(1)
       deallocate (input%problem)

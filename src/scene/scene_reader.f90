@@ -20,7 +20,7 @@ module scene_reader
    use unit_ratios, only: needs_displacement, entries_in_units
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
+   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, values_in_words, draft_t
 
    !> The contents of a scene file before the scene is resolved (checked, completed and made dimensionless).
    type :: draft_t
@@ -367,7 +367,7 @@ contains
       integer, parameter :: max_checked = 6
       type(draft_t), allocatable :: draft
       type(scene_t) :: corner_scene
-      character(:), allocatable :: corner_problem, values_in_words
+      character(:), allocatable :: corner_problem
       real(wp) :: values(size(parameters))
       integer :: corner, k
 
@@ -375,21 +375,33 @@ contains
       if (size(parameters) == 0) return
       allocate (draft)
       do corner = 0, 2**min(size(parameters), max_checked) - 1
-         values_in_words = ''
-         do k = 1, size(parameters)
-            values(k) = extremes(1 + ibits(corner, modulo(k - 1, max_checked), 1), k)
-            values_in_words = values_in_words//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
-         end do
+         values = [(extremes(1 + ibits(corner, modulo(k - 1, max_checked), 1), k), k=1, size(parameters))]
          corner_scene = scene
          corner_scene%has_inconsistent_cases = .true.
          call set_parameters(corner_scene, parameters, values, corner_problem, draft)
          if (.not. allocated(corner_problem)) then
             spacing = min(spacing, spacing_of_spectrum(corner_scene))
          else if (.not. allocated(problem)) then
-            problem = values_in_words(:len(values_in_words) - 2)//': '//corner_problem
+            problem = values_in_words(parameters, values)//': '//corner_problem
          end if
       end do
    end subroutine try_corners
+
+   !> The values of parameters, such as 'preload = 0.1, zeta = 0.01'.
+   pure function values_in_words(parameters, values) result(words)
+      type(parameter_t), intent(in) :: parameters(:)
+      !> [parameters]
+      real(wp), intent(in) :: values(:)
+      character(:), allocatable :: words
+
+      integer :: k
+
+      words = ''
+      do k = 1, size(parameters)
+         words = words//', '//trim(parameters(k)%name)//' = '//to_text(values(k))
+      end do
+      words = words(3:)
+   end function values_in_words
 
    !> Spacing over omega1 of the frequencies of a scene's spectrum; 0: the scene has none.
    pure real(wp) function spacing_of_spectrum(scene) result(spacing)

@@ -6,7 +6,8 @@ module section_shapes
    use run_settings, only: name_length
    implicit none (type, external)
    private
-   public :: section_settings_t, area_of_shape, inertia_of_shape, outer_fibre_of_shape, is_uniform, mean_of_profile, mean_of_table
+   public :: section_settings_t, area_of_shape, inertia_of_shape, outer_fibre_of_shape, is_uniform, mean_of_profile, &
+      mean_of_table
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
