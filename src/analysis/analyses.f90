@@ -17,7 +17,7 @@ module analyses
    use spectrum_analysis, only: spectrum_analysis_t
    implicit none (type, external)
    private
-   public :: analysed_t, requests_analysis, analyse, write_analyses, print_analyses, of_beam, of_run
+   public :: analysed_t, requested, analyse, write_analyses, print_analyses, of_beam, of_run
 
    !> Entry of the table of analyses.
    type :: entry_t
@@ -73,15 +73,6 @@ contains
       is_requested = scene%has_group(analysis_table%group)
       if (present(selection)) is_requested = is_requested .and. (analysis_table%reads_run .eqv. selection)
    end function requested
-
-   !> Whether a scene requests any analysis of a selection.
-   pure logical function requests_analysis(scene, selection) result(answer)
-      type(scene_t), intent(in) :: scene
-      !> `of_beam` or `of_run`
-      logical, intent(in) :: selection
-
-      answer = any(requested(scene, selection))
-   end function requests_analysis
 
    !> Make the analyses that a scene requests.
    subroutine analyse(scene, model, settings, response, analysed, error, selection)

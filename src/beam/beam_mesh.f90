@@ -72,9 +72,16 @@ contains
       !> of elements, so `elements` is a multiple of the number of intervals. `ratio` is then not used
       real(wp), intent(in), optional :: nodes(:)
 
+      integer :: i
+
       mesh%elements = elements
       if (present(nodes)) then
-         mesh%length = equal_divisions(nodes, elements/(size(nodes) - 1))
+         associate (parts => elements/(size(nodes) - 1))
+            ! each interval between given nodes has this number of equal parts: element i is in the interval
+            ! (i + parts - 1)/parts
+            mesh%length = [((nodes(1 + (i + parts - 1)/parts) - nodes((i + parts - 1)/parts))/real(parts, wp), &
+               i=1, (size(nodes) - 1)*parts)]
+         end associate
       else
          mesh%length = geometric_lengths(elements, ratio)
       end if
@@ -122,21 +129,6 @@ contains
       end do
       length = length/sum(length)
    end function geometric_lengths
-
-   !> Lengths of elements that divide each interval between given nodes into equal parts.
-   pure function equal_divisions(nodes, parts) result(length)
-      !> Positions x/L of the given nodes, ascending from 0 to 1
-      real(wp), intent(in) :: nodes(:)
-      !> Number of elements in each interval
-      integer, intent(in) :: parts
-      !> Lengths in L, [intervals * parts]
-      real(wp) :: length((size(nodes) - 1)*parts)
-
-      integer :: i
-
-      ! element i is in the interval (i + parts - 1)/parts
-      length = [((nodes(1 + (i + parts - 1)/parts) - nodes((i + parts - 1)/parts))/real(parts, wp), i=1, size(length))]
-   end function equal_divisions
 
    !> Compute positions of nodes and distances to the tip from the lengths of elements.
    pure subroutine compute_positions(mesh)

@@ -19,7 +19,7 @@ module natural_coordinates
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed
+   public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
    public :: find_flexibility, coordinates_of_shape, coordinates_of_forces
    public :: rows_of_unit_displacement
 
@@ -327,6 +327,36 @@ contains
       end associate
    end function coordinates_of_forces
 
+   !> The product N q: y and dy/dx of the nodes and of a root that moves.
+   pure subroutine nodal_displacements(natural, q, nodal)
+      type(natural_beam_t), intent(in) :: natural
+      !> Coordinates, [order]
+      real(wp), intent(in) :: q(:)
+      !> Displacements and rotations in the order of the degrees of freedom, [dofs]
+      real(wp), intent(out) :: nodal(:)
+
+      ! curvature at the left node of an element, times the length of the element
+      real(wp) :: left
+      ! curvature at the right node, times this length
+      real(wp) :: right
+      real(wp) :: displacement, displacement_error, rotation, rotation_error
+      integer :: element
+
+      call root_motion(natural, q, displacement, rotation)
+      call store_node(natural%root_dofs, displacement, rotation, nodal)
+      displacement_error = 0.0_wp
+      rotation_error = 0.0_wp
+      do element = 1, natural%elements
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            left = (inverse(1)*q(2*element - 1) + inverse(2)*q(2*element))*length
+            right = inverse(3)*q(2*element)*length
+            call add_compensated(displacement, displacement_error, length*(rotation + one_sixth*(2.0_wp*left + right)))
+            call add_compensated(rotation, rotation_error, 0.5_wp*(left + right))
+            call store_node([2*element - 1, 2*element], displacement, rotation, nodal)
+         end associate
+      end do
+   end subroutine nodal_displacements
+
    !> Add a term by Kahan's compensated sum, because with many elements rounding errors of the running sums would
    !> matter.
    pure subroutine add_compensated(total, rounding, term)
@@ -360,7 +390,8 @@ contains
       unit = 0.0_wp
       do column = 1, natural%order
          unit(column) = 1.0_wp
-         call deflect(natural, unit, flexibility(:, column), nodal(:, column))
+         call deflect(natural, unit, flexibility(:, column))
+         call nodal_displacements(natural, unit, nodal(:, column))
          unit(column) = 0.0_wp
       end do
    end subroutine find_flexibility

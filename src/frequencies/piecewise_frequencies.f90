@@ -44,12 +44,16 @@ contains
       ! these arrays are large and threads have small stacks, so the arrays are allocated
       type(joint_t), allocatable :: joints(:)
       type(uniform_segment_t), allocatable :: segments(:)
+      ! area and second moment of area of each element
+      real(wp), allocatable :: section(:, :)
       real(wp) :: start
       integer :: i, count
       logical :: is_end
 
       associate (n => model%mesh%elements, position => model%mesh%position, tip => model%mesh%tip_distance)
          allocate (joints(0:n), segments(n))
+         section = reshape([(area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), inertia(model%section, &
+            0.5_wp*(tip(i - 1) + tip(i))), i=1, n)], [2, n])
          joints(0)%stiffness = [model%root%translation_stiffness, model%root%rotation_stiffness]
          joints(0)%is_constrained = .not. joints(0)%stiffness > 0.0_wp
          if (model%root%is_pinned) joints(0)%is_constrained = [.true., .false.]
@@ -69,12 +73,10 @@ contains
          do i = 1, n
             is_end = i == n
             if (.not. is_end) is_end = any(joints(i)%is_constrained) .or. any(abs([joints(i)%inertia, &
-               joints(i)%stiffness]) &
-               > 0.0_wp) .or. section_differs(model, 0.5_wp*(tip(i - 1) + tip(i)), 0.5_wp*(tip(i) + tip(i + 1)))
+               joints(i)%stiffness, section(:, i + 1) - section(:, i)]) > 0.0_wp)
             if (.not. is_end) cycle
             count = count + 1
-            segments(count) = uniform_segment_t(position(i) - start, &
-               area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), inertia(model%section, 0.5_wp*(tip(i - 1) + tip(i))))
+            segments(count) = uniform_segment_t(position(i) - start, section(1, i), section(2, i))
             joints(count) = joints(i)
             start = position(i)
          end do
@@ -95,18 +97,6 @@ contains
       joint%stiffness(motion) = joint%stiffness(motion) + stiffness
       if (.not. stiffness > 0.0_wp) joint%is_constrained(motion) = .true.
    end subroutine constrain
-
-   !> Whether the sections at two points differ.
-   pure logical function section_differs(model, one, other) result(answer)
-      type(beam_model_t), intent(in) :: model
-      !> Distance of one point to the tip
-      real(wp), intent(in) :: one
-      !> Distance of the other point to the tip
-      real(wp), intent(in) :: other
-
-      answer = abs(area(model%section, one) - area(model%section, other)) > 0.0_wp .or. &
-         abs(inertia(model%section, one) - inertia(model%section, other)) > 0.0_wp
-   end function section_differs
 
    !> The first lambda_i, ascending; omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)). A rigid-body mode has lambda = 0.
    pure function piecewise_lambda(count, beam) result(lambda)

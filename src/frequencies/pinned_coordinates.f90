@@ -156,15 +156,6 @@ contains
       end select
    end function outer_displacement
 
-   !> Rotation of the beam beyond the bent element.
-   pure real(wp) function outer_rotation(bend) result(rotation)
-      type(bend_t), intent(in) :: bend
-
-      rotation = 0.0_wp
-      if (bend%at_rest == root_at_rest) rotation = bend%rotation
-      if (bend%at_rest == tip_at_rest) rotation = bend%moment
-   end function outer_rotation
-
    !> The deflection of a bend as a column of B.
    pure subroutine deflection_of(natural, bend, column)
       type(natural_beam_t), intent(in) :: natural
@@ -218,7 +209,9 @@ contains
                nodal(2*node - 1:2*node) = bend%root_rotation*[x, 1.0_wp]
             else
                nodal(2*node - 1) = outer_displacement(bend, x, natural%tip_distance(node))
-               nodal(2*node) = outer_rotation(bend)
+               nodal(2*node) = 0.0_wp
+               if (bend%at_rest == root_at_rest) nodal(2*node) = bend%rotation
+               if (bend%at_rest == tip_at_rest) nodal(2*node) = bend%moment
             end if
          end associate
       end do

@@ -20,7 +20,7 @@ module support_coordinates
    use beam_model, only: beam_model_t, has_pinned_root
    use kinds, only: wp
    use natural_coordinates, only: coordinates_of_forces, coordinates_of_shape, deflect, deflect_transposed, &
-      make_natural_beam, natural_beam_t, rows_of_unit_displacement
+      make_natural_beam, natural_beam_t, nodal_displacements, rows_of_unit_displacement
    use pinned_coordinates, only: rigid_rotation
    implicit none (type, external)
    private
@@ -361,10 +361,10 @@ contains
       !> Displacements and rotations, [dofs]
       real(wp), intent(out) :: nodal(:)
 
-      real(wp) :: amount(size(beam%constraint)), deflection(beam%rows)
+      real(wp) :: amount(size(beam%constraint))
       integer :: k
 
-      call deflect(beam%natural, q(:beam%natural%order), deflection, nodal)
+      call nodal_displacements(beam%natural, q(:beam%natural%order), nodal)
       amount = motion_amounts(beam, q, nodal)
       do k = 1, size(amount)
          nodal = nodal + beam%motion_dofs(:, k)*amount(k)

@@ -125,35 +125,28 @@ contains
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.
-   subroutine print_measures(unit, measures, units, released, errors, is_driven, has_window)
+   subroutine print_measures(unit, measures, units, released, is_driven, has_window, errors)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
       !> Units of the results
       type(units_t), intent(in) :: units
-      !> Number of the stop whose rebounds are listed; 0 or absent: the number is not printed
-      integer, intent(in), optional :: released
+      !> Number of the stop whose rebounds are listed; 0: the number is not printed
+      integer, intent(in) :: released
+      !> Whether loads vary to the end of the run, so that neither settling nor rebounds from the start are of interest
+      logical, intent(in) :: is_driven
+      !> Whether the scene has &statistics, so that the extremes of its window are not those of the run
+      logical, intent(in) :: has_window
       !> Errors of the mesh; absent: they are not printed
       type(mesh_errors_t), intent(in), optional :: errors
-      !> Whether loads vary to the end of the run, so that neither settling nor rebounds from the start are of interest
-      logical, intent(in), optional :: is_driven
-      !> Whether the scene has &statistics, so that the extremes of its window are not those of the run; absent: it has
-      logical, intent(in), optional :: has_window
 
       character(:), allocatable :: heading, window
       real(wp) :: row(measure_count)
       integer :: i
       ! the contact is rigid at a node with mass, so that its force has no extremes
       logical :: has_rigid_force
-      logical :: decays, shows_window
 
       heading = 'rebound peaks'
-      if (present(released)) then
-         if (released > 0) heading = 'peaks at stop '//to_text(released)
-      end if
-      decays = .true.
-      if (present(is_driven)) decays = .not. is_driven
-      shows_window = .true.
-      if (present(has_window)) shows_window = has_window
+      if (released > 0) heading = 'peaks at stop '//to_text(released)
       row = row_of(measures)
       has_rigid_force = all(ieee_is_nan(row([measure_force, measure_named('minimum_force_closed')])))
       write (unit, '()')
@@ -161,8 +154,8 @@ contains
          ! forces over a window, and measures that need a group of the scene, are not printed if they are not defined
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
             .not. prints_absence(measures, i)) cycle
-         if (.not. decays .and. any(i == [measure_settling, measure_decay])) cycle
-         if (.not. shows_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
+         if (is_driven .and. any(i == [measure_settling, measure_decay])) cycle
+         if (.not. has_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
          ! averaging time of the force of a rigid stop
          window = ''
          if (i == measure_mean_force) window = phrase(units, ' over the first ', 'time', force_window) &
@@ -173,7 +166,7 @@ contains
       end do
       if (.not. ieee_is_nan(row(measure_tolerance))) call print_line(unit, 'extremes', &
          extremes_in_words(row(measure_tolerance:measure_tolerance)))
-      if (decays) then
+      if (.not. is_driven) then
          if (measures%rebounds == 0) call print_line(unit, heading, 'none')
          do i = 1, min(measures%rebounds, max_peaks)
             if (i == 2) heading = ''

@@ -50,13 +50,15 @@ contains
          zone(:3)//':'//zone(4:)
    end function date_of_today
 
-   !> Heading of a column in a file: its name, and its unit in parentheses.
+   !> Heading of a column of comma-separated values: its name, and its unit in parentheses; in quotation marks if it
+   !> has a comma.
    pure function heading(column) result(text)
       type(column_t), intent(in) :: column
       character(:), allocatable :: text
 
       text = column%name
       if (column%units /= '1') text = text//' ('//column%units//')'
+      if (index(text, ',') > 0) text = '"'//escaped(text, '""')//'"'
    end function heading
 
    !> Write comma-separated values, preceded by a comment that names the scene and a line of column names. NaN and
@@ -71,7 +73,7 @@ contains
 
       call add(text, beginning_of('csv', stem)//program_version//', '//date_of_today()//line_end)
       do k = 1, size(table%columns)
-         call add(text, quoted(heading(table%columns(k)), '""')//merge(line_end, ',', k == size(table%columns)))
+         call add(text, heading(table%columns(k))//merge(line_end, ',', k == size(table%columns)))
       end do
       do i = 1, rows_of(table%columns(1))
          do k = 1, size(table%columns)
@@ -135,16 +137,6 @@ contains
          text = to_text(column%numbers(row))
       end if
    end function value_text
-
-   !> A word, in quotation marks if it has a comma.
-   pure function quoted(word, quote) result(text)
-      character(*), intent(in) :: word
-      character(*), intent(in) :: quote
-      character(:), allocatable :: text
-
-      text = word
-      if (index(word, ',') > 0) text = '"'//escaped(word, quote)//'"'
-   end function quoted
 
    !> A text with its quotation marks escaped.
    pure function escaped(word, quote) result(text)

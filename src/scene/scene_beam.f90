@@ -12,7 +12,7 @@ module scene_beam
    use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
-   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, min_tip_ratio, &
+   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, min_tip_ratio, &
       dimension_of_sweep
 
    ! Conditions that several names have in common: how the section is given
@@ -141,21 +141,6 @@ contains
             'the height at the tip must be 0 or at least '//to_text(min_tip_ratio)//' of that at the clamp')
       end if
    end subroutine resolve_taper
-
-   !> Change the taper of a beam that tapers linearly. The mean height is an argument, because a mean computed from the
-   !> current heights would have rounding errors that depend on previous tapers.
-   pure subroutine set_taper(beam, mean, taper)
-      type(beam_settings_t), intent(inout) :: beam
-      !> Mean height
-      real(wp), intent(in) :: mean
-      !> Taper alpha = (height at the root - height at the tip) / length
-      real(wp), intent(in) :: taper
-
-      beam%height_root = mean + 0.5_wp*taper*beam%length
-      beam%height_tip = mean - 0.5_wp*taper*beam%length
-      ! a full wedge within rounding
-      if (beam%height_tip < min_tip_ratio*mean) beam%height_tip = 0.0_wp
-   end subroutine set_taper
 
    !> Check that stations ascend from 0 to the length of the beam; the last one is then set to exactly the length.
    subroutine check_stations(input, group, name, length, station)

@@ -8,7 +8,7 @@ module scene_reader
    use number_text, only: to_text
    use program_identity, only: program_any
    use run_settings, only: end_of_run
-   use scene_beam, only: set_taper
+   use scene_beam, only: min_tip_ratio
    use scene_groups, only: copy_changes_to_scene, list_group, list_scene
    use scene_input, only: scene_input_t
    use scene_reference, only: make_echo
@@ -214,7 +214,15 @@ contains
 
       call table%begin_copy_of_one(parameter%occurrence, trim(parameter%name_in_group), value)
       call list_group(trim(parameter%group), table, scene)
-      if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
+      if (parameter%name /= 'taper') return
+      ! the mean height is that of the scales, because a mean of the current heights would have rounding errors that
+      ! depend on previous tapers
+      associate (beam => scene%beam, mean => scene%scales%height_ratio*scene%beam%length)
+         beam%height_root = mean + 0.5_wp*value*beam%length
+         beam%height_tip = mean - 0.5_wp*value*beam%length
+         ! a full wedge within rounding
+         if (beam%height_tip < min_tip_ratio*mean) beam%height_tip = 0.0_wp
+      end associate
    end subroutine set_parameter
 
    !> Change the values of parameters as if they were given in the scene file, because a value in units can change the

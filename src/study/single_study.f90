@@ -65,11 +65,7 @@ contains
       if (allocated(error)) return
       ! results that are not allocated count as absent arguments
       call begin_results(root, expected_size(response), scene)
-      if (allocated(model%mesh%position)) then
-         call write_groups(root, model%mesh%position, table, response, model%section)
-      else
-         call write_groups(root, frequencies=table)
-      end if
+      call write_groups(root, model%mesh%position, table, response, model%section)
       call write_analyses(root, analysed)
       if (allocated(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, job%folder, scene, error)
@@ -83,8 +79,9 @@ contains
       if (allocated(response) .and. scene%has_contacts()) then
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
-         call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), errors, &
-            is_driven=varies_at_end(scene), has_window=allocated(response%statistics))
+         call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), &
+            varies_at_end(scene), &
+            allocated(response%statistics), errors)
          if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
          if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
             'not estimated, as that would take long: --estimate does')

@@ -20,7 +20,7 @@ module sweep_chunks
    use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t
    implicit none (type, external)
    private
-   public :: chunk_rows_t, chunk_folder, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
+   public :: chunk_rows_t, open_chunk_folder, remove_chunk_folder, chunk_is_done, chunk_name, &
       write_chunk, read_chunk, load_chunk, load_chunks
    public :: max_reason_length, assembled_file
 
@@ -50,17 +50,6 @@ module sweep_chunks
    end type chunk_rows_t
 
 contains
-
-   !> The folder of the chunks of a sweep.
-   pure function chunk_folder(folder, name) result(path)
-      !> Folder of the results
-      character(*), intent(in) :: folder
-      !> Name of the scene
-      character(*), intent(in) :: name
-      character(:), allocatable :: path
-
-      path = folder//'/'//name//'.parts'
-   end function chunk_folder
 
    !> Create the folder of the chunks, or continue with the folder that a run of the same plan has left. No other run
    !> uses the folder, because the name of the results file is reserved for this run.

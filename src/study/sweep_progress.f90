@@ -39,7 +39,7 @@ module sweep_progress
 contains
 
    !> Initialise the progress output.
-   subroutine start_sweep_progress(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
+   subroutine start_sweep_progress(is_wanted, label, cases, before, progress)
       !> Whether to print progress
       logical, intent(in) :: is_wanted
       !> Name of the sweep
@@ -50,19 +50,10 @@ contains
       integer, intent(in) :: before
       !> Initialised state
       type(progress_t), intent(out) :: progress
-      !> Unit for output; absent: standard error
-      integer, intent(in), optional :: unit
-      !> Whether that unit is a terminal
-      logical, intent(in), optional :: on_terminal
-      !> Minimum interval between two lines, seconds; absent: 1 on a terminal, otherwise 60
-      real(wp), intent(in), optional :: pause
 
       progress%is_wanted = is_wanted
       progress%on_terminal = is_terminal(standard_error_descriptor)
-      if (present(unit)) progress%unit = unit
-      if (present(on_terminal)) progress%on_terminal = on_terminal
       progress%pause = merge(1.0_wp, 60.0_wp, progress%on_terminal)
-      if (present(pause)) progress%pause = pause
       progress%label = label
       progress%cases = cases
       progress%before = before

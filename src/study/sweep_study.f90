@@ -1,7 +1,7 @@
 !> The study of &sweep: computation of all cases, results file and tables.
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
-   use analyses, only: analyse, requests_analysis, of_beam
+   use analyses, only: analyse, of_beam, requested
    use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: i8, wp
@@ -16,7 +16,7 @@ module sweep_study
    use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
-   use sweep_chunks, only: open_chunk_folder, chunk_folder
+   use sweep_chunks, only: open_chunk_folder
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
@@ -67,7 +67,7 @@ contains
       call survey_chunks(scene, plan, survey, error)
       if (allocated(error)) return
       allocate (survey%analysed(0))
-      if (requests_analysis(scene, of_beam)) then
+      if (any(requested(scene, of_beam))) then
          ! analyses of the beam, for example its frequency response, are independent of the cases and need no run
          call choose_mesh(scene, beam)
          if (allocated(beam%error)) error = beam%error
@@ -120,7 +120,7 @@ contains
       run%workers = threads_for(job%threads, real(plan%cases/max(plan%chain, 1), wp))
       call plan_text(scene, plan, text)
       call move_alloc(text, plan%text)
-      plan%path = chunk_folder(job%folder, scene%name)
+      plan%path = job%folder//'/'//scene%name//'.parts'
       status = 0
       if (is_first_rank() .and. .not. allocated(error)) call open_chunk_folder(plan%path, plan%text, error)
       if (allocated(error)) status = error%status

@@ -48,7 +48,12 @@ contains
 
       units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
-      call warn_of_cases(scene, plan, survey, scene_with_warnings)
+      allocate (scene_with_warnings, source=scene)
+      if (survey%unsettled_count > 0 .and. allocated(scene%warnings)) call add_warning(scene_with_warnings, &
+         warning_settling, to_text(survey%unsettled_count)//' of '//to_text(plan%cases) &
+         //' cases end less than half a ' &
+         //'period of the first frequency after their settling time: the stop may move away again; a longer run ' &
+         //'shows it')
       call print_warnings(unit, scene_with_warnings)
       ! if the program chose the mesh
       if (scene%mesh%found%finer_elements > 0) then
@@ -92,20 +97,6 @@ contains
          call print_parameters_at_limits(unit, scene, plan, refined%values(:, refined%count))
       end if
    end subroutine print_sweep
-
-   !> Add the warnings about the cases of a sweep to those of its scene.
-   subroutine warn_of_cases(scene, plan, survey, scene_with_warnings)
-      type(scene_t), intent(in) :: scene
-      type(plan_t), intent(in) :: plan
-      type(survey_t), intent(in) :: survey
-      type(scene_t), allocatable, intent(out) :: scene_with_warnings
-
-      allocate (scene_with_warnings, source=scene)
-      if (survey%unsettled_count == 0 .or. .not. allocated(scene%warnings)) return
-      call add_warning(scene_with_warnings, warning_settling, to_text(survey%unsettled_count)//' of ' &
-         //to_text(plan%cases)//' cases end less than half a period of the first frequency after their settling ' &
-         //'time: the stop may move away again; a longer run shows it')
-   end subroutine warn_of_cases
 
    !> Name each parameter whose value in the best case is the minimum or maximum of its range, because better cases may
    !> lie beyond this limit.
