@@ -58,14 +58,7 @@ contains
          if (units%are_physical) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals, &
             hertz*exact**2)
       end if
-      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
-      do i = 1, size(table%columns)
-         associate (column => table%columns(i))
-            if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
-               //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
-         end associate
-      end do
+      call print_notes()
 
    contains
 
@@ -111,6 +104,18 @@ contains
          end if
          call print_table(unit, shown)
       end subroutine print_meshes
+
+      !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
+      subroutine print_notes()
+         if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
+            table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
+         do i = 1, size(table%columns)
+            associate (column => table%columns(i))
+               if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
+                  //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
+            end associate
+         end do
+      end subroutine print_notes
 
    end subroutine print_frequency_table
 

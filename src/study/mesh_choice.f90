@@ -206,9 +206,6 @@ contains
 
       ! ratio of the duration of further runs to the horizon of the first run, up to which it could be compared
       real(wp), parameter :: reserve = 1.25_wp
-      ! number of terms of modes in a run, beyond which a run on a finer mesh would take seconds. Without damping, the
-      ! number of impacts grows without limit as the mesh is refined.
-      real(wp), parameter :: max_terms = 1.0e7_wp
       type(run_settings_t) :: requested
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
@@ -270,7 +267,7 @@ contains
          check(i)%is_cut = work + 2.0_wp*work_of(fine%response, settings) > max_work
          if (stalled == max_stalled .or. real(fine%response%evaluations, wp)*real(2*fine%elements, &
             wp) > max_terms .or. &
-             check(i)%is_cut) exit
+            check(i)%is_cut) exit
          coarse = fine
          i = i + 1
       end do
@@ -342,6 +339,16 @@ contains
 
       place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
    end function coarsest_near_minimum
+
+   !> Whether the run on a finer mesh would take seconds, because this run has evaluated more than `max_terms` terms of
+   !> modes. Without damping, the number of impacts grows without limit as the mesh is refined.
+   pure logical function is_costly(trial) result(answer)
+      type(trial_t), intent(in) :: trial
+
+      real(wp), parameter :: max_terms = 1.0e7_wp
+
+      answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
+   end function is_costly
 
    !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the equivalent of the eigenvalue
    !> problem.
