@@ -30,7 +30,7 @@ contains
       real(wp), allocatable :: exact(:), lambda(:, :)
       character(:), allocatable :: frequency_unit
       ! factor from lambda^2 to a frequency in `frequency_unit`
-      real(wp) :: hertz, prefix
+      real(wp) :: hertz
       integer :: i, rows
 
       rows = 0
@@ -41,12 +41,7 @@ contains
          lambda(:size(table%columns(i)%lambda), i) = table%columns(i)%lambda
       end do
       if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
-      ! a unit that suits the first mode
-      hertz = units%factor(quantity_named('frequency'))/lambda1**2
-      call choose_prefix(hertz*maxval(lambda(:min(1, rows), 1))**2, unit_of(quantity_named('frequency'), units), &
-         prefix, &
-         frequency_unit)
-      hertz = hertz*prefix
+      call choose_frequency_unit(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
       if (size(table%columns) == 1) then
          call print_column()
       else
@@ -58,7 +53,7 @@ contains
          if (units%are_physical) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals, &
             hertz*exact**2)
       end if
-      call print_notes()
+      call print_notes(unit, table)
 
    contains
 
@@ -105,19 +100,41 @@ contains
          call print_table(unit, shown)
       end subroutine print_meshes
 
-      !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
-      subroutine print_notes()
-         if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-            table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
-         do i = 1, size(table%columns)
-            associate (column => table%columns(i))
-               if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
-                  //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
-            end associate
-         end do
-      end subroutine print_notes
-
    end subroutine print_frequency_table
+
+   !> Factor from lambda^2 to a frequency, and the unit of that frequency, chosen to suit the first mode.
+   pure subroutine choose_frequency_unit(lambda, units, factor, frequency_unit)
+      !> Lambda of the first mode, or no element if there is no mode
+      real(wp), intent(in) :: lambda(:)
+      !> Units of the results
+      type(units_t), intent(in) :: units
+      real(wp), intent(out) :: factor
+      character(:), allocatable, intent(out) :: frequency_unit
+
+      ! factor from lambda^2 to a frequency in the unit of the results without prefix
+      real(wp) :: hertz
+
+      hertz = units%factor(quantity_named('frequency'))/lambda1**2
+      call choose_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
+      factor = hertz*factor
+   end subroutine choose_frequency_unit
+
+   !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
+   subroutine print_notes(unit, table)
+      integer, intent(in) :: unit
+      type(frequency_table_t), intent(in) :: table
+
+      integer :: i
+
+      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
+         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
+      do i = 1, size(table%columns)
+         associate (column => table%columns(i))
+            if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
+               //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
+         end associate
+      end do
+   end subroutine print_notes
 
    !> Labels of the rows: 'mode 1', 'mode 2' ...
    pure function modes(count) result(names)

@@ -206,7 +206,6 @@ contains
 
       ! ratio of the duration of further runs to the horizon of the first run, up to which it could be compared
       real(wp), parameter :: reserve = 1.25_wp
-      type(run_settings_t) :: requested
       type(trial_t), allocatable :: coarse, fine, graded
       type(mesh_check_t) :: check(size(meshes)), of_graded
       real(wp) :: grading, max_work, minimum, other_grading, tolerance, work
@@ -219,13 +218,10 @@ contains
       stalled = 0
       call run_on_mesh(scene, settings, meshes(1), grading, coarse)
       work = work_of(coarse%response, settings)
-      requested = run_settings_of(scene)
-      call await_motion(requested, settings, coarse, work)
+      call await_motion(run_settings_of(scene), settings, coarse, work)
       max_work = huge(1.0_wp)
       if (scene%mesh%is_sought) then
-         ! the run takes at least the work of the trial; a driven run, in proportion to its duration
-         max_work = work_fraction*max(cheap_work, max_work_ratio*work_of(coarse%response, settings) &
-            *merge(max(1.0_wp, requested%response%duration/settings%response%duration), 1.0_wp, is_driven(requested)))
+         max_work = work_fraction*max(cheap_work, max_work_ratio*work_of_run(coarse, settings, run_settings_of(scene)))
          if (.not. allocated(coarse%error)) settings%response%duration = min(settings%response%duration, &
             reserve*horizon_of(coarse%response, settings%response%duration))
       end if
@@ -265,9 +261,7 @@ contains
          last = i
          ! the next mesh takes about twice the work of this mesh
          check(i)%is_cut = work + 2.0_wp*work_of(fine%response, settings) > max_work
-         if (stalled == max_stalled .or. real(fine%response%evaluations, wp)*real(2*fine%elements, &
-            wp) > max_terms .or. &
-            check(i)%is_cut) exit
+         if (stalled == max_stalled .or. is_costly(fine) .or. check(i)%is_cut) exit
          coarse = fine
          i = i + 1
       end do
@@ -364,6 +358,19 @@ contains
             + eigenvalue_work*modes**3
       end associate
    end function work_of
+
+   !> Estimated minimum work of the run of a scene on the mesh of a trial: the work of the trial; for a driven run, in
+   !> proportion to the duration.
+   pure real(wp) function work_of_run(trial, settings, requested) result(work)
+      type(trial_t), intent(in) :: trial
+      !> Settings of the trial
+      type(run_settings_t), intent(in) :: settings
+      !> Settings of the run
+      type(run_settings_t), intent(in) :: requested
+
+      work = work_of(trial%response, settings)
+      if (is_driven(requested)) work = work*max(1.0_wp, requested%response%duration/settings%response%duration)
+   end function work_of_run
 
    !> Run a scene on a mesh, for the interval in which meshes are compared.
    subroutine run_on_mesh(scene, settings, elements, grading, trial)
