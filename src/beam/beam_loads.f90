@@ -404,7 +404,10 @@ contains
       !> x/L, 0 to 1
       real(wp), intent(in) :: x
 
-      element = max(1, min(model%mesh%elements, count(model%mesh%position < x)))
+      ! a position this close to a node, in L, is at the node: nodes are sums of lengths, with rounding errors
+      real(wp), parameter :: rounding = 1.0e-12_wp
+
+      element = max(1, min(model%mesh%elements, count(model%mesh%position < x - rounding)))
    end function element_at
 
    !> Distance of x from the left end of an element, in L, at most the length of the element (a sum of lengths may
