@@ -410,6 +410,8 @@ contains
          call input%complain('cases', '', 'needs a parameter, which differs between cases')
       else if (.not. allocated(scene%cases%list)) then
          call input%complain('cases', '', 'needs values, one for each case')
+      else if (scene%cases%parameter%is_whole .and. any(abs(scene%cases%list - anint(scene%cases%list)) > 0.0_wp)) then
+         call input%complain('cases', 'values', trim(scene%cases%parameter%name)//' takes whole numbers')
       else
          call check_parameter(input, table, trim(scene%cases%parameter%name))
          if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) then
