@@ -275,37 +275,42 @@ contains
       end do
    end subroutine check_steps
 
-   !> Check that the cubic splines of both dimensions, and of the distance of the outer fibre, are positive between
-   !> their stations, at `checked_points` - 1 points of each interval.
+   !> Check that the cubic splines of both dimensions, of the distance of the outer fibre and of the bore of a tube are
+   !> positive between their stations, at `checked_points` - 1 points of each interval.
    subroutine check_spline(input, section)
       type(scene_input_t), intent(inout) :: input
       type(section_settings_t), intent(in) :: section
 
-      integer, parameter :: checked_points = 64
-      ! values at the stations and their second derivatives: of both dimensions, and of the distance of the outer fibre
-      real(wp) :: curvature(size(section%station), 3), values(size(section%station), 3)
-      character(:), allocatable :: names
+      integer, parameter :: checked_points = 64, of_fibre = 3, of_bore = 4
+      ! values at the stations, and their second derivatives, [stations, 4]
+      real(wp), dimension(size(section%station), 4) :: curvature, values
+      character(:), allocatable :: names, problem
       ! position within an interval, from 0 to 1
       real(wp) :: fraction
       ! length of the interval
       real(wp) :: width
-      integer :: dimension, i, j, k
+      integer :: i, j, k, m
 
-      values = reshape([section%first, section%second, section%second], shape(values))
-      if (allocated(section%outer_fibre)) values(:, 3) = section%outer_fibre
-      do dimension = 1, 3
-         curvature(:, dimension) = spline_curvature(section%station, values(:, dimension), [.false., .false.])
+      values = reshape([section%first, section%second, section%second, section%second], shape(values))
+      if (allocated(section%outer_fibre)) values(:, of_fibre) = section%outer_fibre
+      ! the wall of a solid tube is half the diameter to rounding
+      if (section%shape == shape_tube) values(:, of_bore) = section%first*(1.0_wp + 4.0_wp*epsilon(1.0_wp)) &
+         - 2.0_wp*section%second
+      do j = 1, size(values, 2)
+         curvature(:, j) = spline_curvature(section%station, values(:, j), [.false., .false.])
       end do
       do i = 1, size(section%station) - 1
          width = section%station(i + 1) - section%station(i)
          do k = 1, checked_points - 1
             fraction = real(k, wp)/real(checked_points, wp)
-            dimension = findloc([(value_of(values(:, j), curvature(:, j)) > 0.0_wp, j=1, 3)], .false., dim=1)
-            if (dimension == 0) cycle
+            j = findloc([(value_of(values(:, m), curvature(:, m)) > 0.0_wp, m=1, size(values, 2))], .false., dim=1)
+            if (j == 0) cycle
             names = trim(dimension_names(section%shape))
-            if (dimension == 3) names = 'outer_fibre'
-            call input%complain('section', names, "the spline of profile = 'cubic' falls to 0 " &
-               //'between the stations '//to_text(section%station(i))//' and '//to_text(section%station(i + 1)))
+            problem = "the spline of profile = 'cubic' falls to 0"
+            if (j == of_fibre) names = 'outer_fibre'
+            if (j == of_bore) problem = "the wall exceeds half the outer diameter, by the splines of profile = 'cubic',"
+            call input%complain('section', names, problem//' between the stations '//to_text(section%station(i)) &
+               //' and '//to_text(section%station(i + 1)))
             return
          end do
       end do
