@@ -60,6 +60,9 @@ contains
             is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' &
                .and. .not. entry%name%is_scale .and. (entry%is_given .or. .not. entry%name%is_optional)
             if (is_echoed(i)) is_echoed(i) = table%applies(i)
+            ! runs find the mesh, and with it that of the frequencies, which their table contains
+            if (scene%frequencies%has_mesh_of_response .and. (scene%mesh%is_sought .or. scene%mesh%tolerance > 0.0_wp) &
+               .and. any(entry%name%name == [character(13) :: 'mesh_elements', 'mesh_ratios'])) is_echoed(i) = .false.
          end associate
       end do
       if (allocated(scene%echo)) deallocate (scene%echo)
