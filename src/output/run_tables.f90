@@ -100,12 +100,14 @@ contains
    end subroutine print_mesh
 
    !> Print how the motion differs with another number of modes; print nothing if no other number was tried.
-   subroutine print_modes(unit, check, units)
+   subroutine print_modes(unit, check, units, is_stepped)
       integer, intent(in) :: unit
       !> Number of retained modes, and comparison with another number of modes
       type(mode_check_t), intent(in) :: check
       !> Units of the results
       type(units_t), intent(in) :: units
+      !> Whether the run has Newmark's steps, whose errors the comparison, which is of exact motion, does not contain
+      logical, intent(in), optional :: is_stepped
 
       ! the comparison in words
       character(:), allocatable :: found
@@ -113,6 +115,9 @@ contains
       if (check%compared_modes == 0) return
       found = 'with '//to_text(check%compared_modes)//phrase(units, ' {eta~the displacement} differs by ', &
          'displacement', check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
+      if (present(is_stepped)) then
+         if (is_stepped) found = 'in exact motion, '//found
+      end if
       if (.not. check%agrees) found = 'fewer do not agree: '//found
       if (check%retained == check%all_modes) then
          call print_line(unit, 'modes', 'all '//to_text(check%retained)//'; '//found)

@@ -16,7 +16,7 @@ module single_study
    use response_types, only: response_t
    use results_file, only: begin_results, expected_size, finish_results, write_groups
    use run_progress, only: disable_progress, enable_progress
-   use run_settings, only: run_settings_t
+   use run_settings, only: method_newmark, run_settings_t
    use run_tables, only: print_contacts, print_driven, print_measures, print_mesh, print_modes, print_statistics, &
       print_stresses
    use run_warnings, only: warn_of_run
@@ -74,7 +74,8 @@ contains
       if (allocated(response)) call warn_of_run(scene_with_warnings, response)
       call print_model(job%unit, scene_with_warnings, model%mesh%position)
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
-      if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
+      if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene), &
+         scene%response%method == method_newmark)
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response) .and. scene%has_contacts()) then
          load_period = load_period_of(scene)
