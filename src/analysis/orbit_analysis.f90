@@ -5,6 +5,7 @@ module orbit_analysis
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
    use failures, only: failure_t
+   use joined_texts, only: joined
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use orbit_search, only: find_orbits
@@ -109,7 +110,6 @@ contains
       character(*), parameter :: along = 'section point'
       complex(wp) :: largest(size(branch%point))
       real(wp), dimension(maxval(branch%point%periods), size(branch%point)) :: displacement, velocity
-      character(:), allocatable :: meanings
       integer :: i, k
 
       associate (point => branch%point)
@@ -133,12 +133,8 @@ contains
          call group%put('impacts', point%impacts, 'impacts and contacts until it returns', 'point')
          call group%put('is_stable', merge(1, 0, point%is_stable()), '1: motions beside it come to it', 'point')
          call group%put('mark', point%mark, 'what happens there', 'point')
-         meanings = ''
-         do i = 0, ubound(mark_names, 1)
-            meanings = trim(meanings//' '//mark_names(i))
-         end do
          call group%attribute('flag_values', [(i, i=0, ubound(mark_names, 1))], 'mark')
-         call group%attribute('flag_meanings', adjustl(meanings), 'mark')
+         call group%attribute('flag_meanings', joined(mark_names, ' ')//' ', 'mark')
          call group%put('multiplier_real', real(largest, wp), 'number', 'largest multiplier, real part', 'point')
          call group%put('multiplier_imaginary', aimag(largest), 'number', 'imaginary part', 'point')
          call group%put('least_impact_speed', speed_of(point), 'velocity', &

@@ -5,7 +5,7 @@ module scene_needs
    use few_modes, only: common_count, takes_few_modes
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
-   use load_settings, only: is_in_mode
+   use load_settings, only: is_in_mode, time_course_t
    use measure_list, only: measure_count
    use measure_selection, only: chosen_measures
    use memory_needs, only: add_modes, add_need, bytes_of_number, memory_need_t, overhead, short_text
@@ -66,18 +66,21 @@ contains
       integer :: k
 
       points = 0.0_wp
-      if (allocated(scene%forces)) then
-         do k = 1, size(scene%forces)
-            if (allocated(scene%forces(k)%course%time)) points = points + real(size(scene%forces(k)%course%time), wp)
-         end do
-      end if
-      if (allocated(scene%bases)) then
-         do k = 1, size(scene%bases)
-            if (allocated(scene%bases(k)%course%time)) points = points + real(size(scene%bases(k)%course%time), wp)
-         end do
-      end if
+      if (allocated(scene%forces)) points = sum([(points_of(scene%forces(k)%course), k=1, size(scene%forces))])
+      if (allocated(scene%bases)) points = points + sum([(points_of(scene%bases(k)%course), k=1, size(scene%bases))])
       call add_need(need, bytes_of_number*points*(per_scene + per_run*real(runs, wp)), 'tables of ' &
          //short_text(points)//' points', 'give &force and &base shorter tables')
+
+   contains
+
+      !> Number of points of the table of a load; 0: it has none.
+      pure real(wp) function points_of(course) result(number)
+         type(time_course_t), intent(in) :: course
+
+         number = 0.0_wp
+         if (allocated(course%time)) number = real(size(course%time), wp)
+      end function points_of
+
    end subroutine add_tables
 
    !> Add the frequencies. Their columns (modes of one mesh by one solver) are computed one after the other, so the

@@ -2,6 +2,7 @@
 module frequency_types
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
+   use mode_shapes, only: mode_quality_t
    implicit none (type, external)
    private
    public :: frequency_table_t, frequency_column_t, error_in_percent
@@ -31,10 +32,8 @@ module frequency_types
       real(wp), allocatable :: shape(:, :)
       !> Slopes of the mode shapes at the nodes, [0:n, modes]
       real(wp), allocatable :: shape_slope(:, :)
-      !> Orthogonality error of the mode shapes by mass, maximum |phi_i^T M phi_j - delta_ij|
-      real(wp) :: mass_orthogonality = 0.0_wp
-      !> The same for K, relative to lambda_i^2 lambda_j^2; it cannot be below the cancellation within the assembled K
-      real(wp) :: stiffness_orthogonality = 0.0_wp
+      !> Orthogonality errors of the mode shapes; that for K cannot be below the cancellation within the assembled K
+      type(mode_quality_t) :: quality
    end type frequency_table_t
 
 contains

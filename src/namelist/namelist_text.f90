@@ -338,9 +338,7 @@ contains
       integer, intent(in) :: position
       character(:), allocatable :: name
 
-      associate (group => namelist%groups(position))
-         name = lower_case(slice(namelist%text, group%first, group%last))
-      end associate
+      name = lower_case(slice(namelist%text, namelist%groups(position)%first, namelist%groups(position)%last))
    end function group_name
 
    !> Name of an item in lower case.
@@ -350,9 +348,7 @@ contains
       integer, intent(in) :: position
       character(:), allocatable :: name
 
-      associate (item => namelist%items(position))
-         name = lower_case(slice(namelist%text, item%first, item%last))
-      end associate
+      name = lower_case(slice(namelist%text, namelist%items(position)%first, namelist%items(position)%last))
    end function item_name
 
    !> Text of a value as in the file, without its quotes.
@@ -362,9 +358,7 @@ contains
       integer, intent(in) :: position
       character(:), allocatable :: text
 
-      associate (value => namelist%values(position))
-         text = slice(namelist%text, value%first, value%last)
-      end associate
+      text = slice(namelist%text, namelist%values(position)%first, namelist%values(position)%last)
    end function value_text
 
    !> Text of a value as in the file, with its repeat count and its quotes, shortened for messages.

@@ -76,8 +76,8 @@ contains
       call shapes%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', 'x mode')
       if (allocated(table%shape_slope)) call shapes%put('slope', table%shape_slope, &
          trim(merge('per_length', 'number    ', group%units%are_physical)), 'its derivative by {x/L~x}', 'x mode')
-      call shapes%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
-      call shapes%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
+      call shapes%add('mass_orthogonality', table%quality%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
+      call shapes%add('stiffness_orthogonality', table%quality%stiffness_orthogonality, '1', &
          'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
    end subroutine write_frequencies
 

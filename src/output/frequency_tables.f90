@@ -127,7 +127,7 @@ contains
       integer :: i
 
       if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
+         table%quality%mass_orthogonality, ', in K to ', table%quality%stiffness_orthogonality
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
             if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &

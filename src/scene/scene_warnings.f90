@@ -7,7 +7,7 @@ module scene_warnings
    use namelist_tokens, only: lower_case
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, system_names, system_none, unit_of, units_of, units_t
-   use run_settings, only: side_both, stop_settings_t
+   use run_settings, only: side_both, sort_keys, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: all_stops, has_rigid_stops, scene_t
    use warning_list, only: warning_first_frequency, warning_thick_beam, warning_former_name, warning_position_ratio, &
@@ -169,8 +169,7 @@ contains
       ! the cases of a sweep may have different stops
       do k = merge(size(stops) + 1, 2, scene%wants_sweep .or. scene%wants_cases), size(stops)
          do j = 1, k - 1
-            if (stops(j)%side /= stops(k)%side .or. stops(j)%law /= stops(k)%law .or. &
-               stops(j)%impulse /= stops(k)%impulse .or. any(abs(numbers(stops(j)) - numbers(stops(k))) > 0.0_wp)) cycle
+            if (any(abs(sort_keys(stops(j)) - sort_keys(stops(k))) > 0.0_wp)) cycle
             call add_warning(scene, warning_identical_stops, '&stop number '//to_text(k) &
                //' is identical to &stop number '//to_text(j))
          end do
@@ -248,14 +247,5 @@ contains
       end if
       scene%warnings = [scene%warnings, warning_t(kind, text)]
    end subroutine add_warning
-
-   !> Position, preload and parameters of the law of a stop.
-   pure function numbers(stop)
-      type(stop_settings_t), intent(in) :: stop
-      real(wp) :: numbers(6)
-
-      numbers = [stop%position, stop%preload, stop%restitution, stop%stiffness_ratio, stop%branch_ratio, &
-         stop%damper_ratio]
-   end function numbers
 
 end module scene_warnings

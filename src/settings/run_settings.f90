@@ -17,7 +17,7 @@ module run_settings
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t, extra_dof_t
    public :: law_restitution, law_three_element, law_spring_damper, law_table
-   public :: stops_of, stop_released_from, count_samples, end_of_run, moves_in_modes
+   public :: stops_of, stop_released_from, sort_keys, count_samples, end_of_run, moves_in_modes
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -341,17 +341,9 @@ contains
       type(run_settings_t), intent(in) :: settings
       type(stop_settings_t), allocatable :: stops(:)
 
-      integer :: further
-
-      if (.not. settings%has_stop) then
-         allocate (stops(0))
-         return
-      end if
-      further = 0
-      if (allocated(settings%more_stops)) further = size(settings%more_stops)
-      allocate (stops(1 + further))
-      stops(1) = settings%stop
-      if (further > 0) stops(2:) = settings%more_stops
+      allocate (stops(0))
+      if (settings%has_stop) stops = [settings%stop]
+      if (settings%has_stop .and. allocated(settings%more_stops)) stops = [stops, settings%more_stops]
    end function stops_of
 
    !> Number of samples after the start: whole steps within the duration, with an allowance for rounding of the

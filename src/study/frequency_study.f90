@@ -11,7 +11,7 @@ module frequency_study
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
    use mesh_checks, only: mesh_check_t
-   use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
+   use mode_shapes, only: fix_mode_signs, mode_quality
    use natural_solver, only: natural_modes
    use piecewise_frequencies, only: piecewise_lambda, segments_of
    use scene_beam_model, only: model_of, section_of
@@ -196,16 +196,13 @@ contains
       !> Set if the solver fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(mode_quality_t) :: quality
       real(wp), allocatable :: lambda(:), modes(:, :)
       integer :: dofs(2), i, n
 
       n = model%mesh%elements
       call solve_modes(model, solver, count, lambda, error, modes)
       if (allocated(error)) return
-      quality = mode_quality(model, lambda, modes)
-      table%mass_orthogonality = quality%mass_orthogonality
-      table%stiffness_orthogonality = quality%stiffness_orthogonality
+      table%quality = mode_quality(model, lambda, modes)
       allocate (table%node, source=model%mesh%position)
       allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)), source=0.0_wp)
       do i = 0, n

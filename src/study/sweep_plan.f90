@@ -83,48 +83,38 @@ contains
       !> The plan
       type(plan_t), intent(out) :: plan
 
-      type(axis_t), allocatable :: axes(:)
-      real(wp), allocatable :: values(:)
-      integer :: k, axis_count, i
+      integer, allocatable :: places(:)
+      integer :: i, k
 
       associate (sweep => scene%sweep)
          plan%is_grid = sweep%design == design_grid
-         allocate (axes(size(sweep%swept)))
-         axis_count = 0
          plan%cases = merge(sweep%count, 1, sweep%design == design_latin_hypercube)
-         do k = 1, size(sweep%swept)
-            if (.not. is_swept(sweep%swept(k))) cycle
-            axis_count = axis_count + 1
-            axes(axis_count)%parameter = sweep%swept(k)%parameter
-            axes(axis_count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
-            axes(axis_count)%minimum = minval(values_given(sweep%swept(k)))
-            axes(axis_count)%maximum = maxval(values_given(sweep%swept(k)))
-            if (sweep%design == design_latin_hypercube) then
-               call draw_values(sweep%count, sweep%seed, axes(axis_count))
-            else if (allocated(sweep%swept(k)%list)) then
-               axes(axis_count)%values = sweep%swept(k)%list
-            else
-               ! evenly spaced values, the ends of which are exact
-               associate (axis => axes(axis_count), points => sweep%swept(k)%points)
+         places = pack([(k, k=1, size(sweep%swept))], is_swept(sweep%swept))
+         allocate (plan%axes(size(places)))
+         do k = 1, size(places)
+            associate (axis => plan%axes(k), swept => sweep%swept(places(k)))
+               axis%parameter = swept%parameter
+               axis%is_logarithmic = allocated(swept%log_range)
+               axis%minimum = minval(values_given(swept))
+               axis%maximum = maxval(values_given(swept))
+               if (sweep%design == design_latin_hypercube) then
+                  call draw_values(sweep%count, sweep%seed, axis)
+               else if (allocated(swept%list)) then
+                  axis%values = swept%list
+               else
+                  ! evenly spaced values, the ends of which are exact
                   axis%values = value_at_fraction(axis%minimum, axis%maximum, axis%is_logarithmic, &
-                     [(real(i - 1, wp)/real(points - 1, wp), i=1, points)])
-               end associate
-            end if
-            if (is_follower(sweep, k)) then
-               ! index of the axis of the first of the parameters that are tied together
-               axes(axis_count)%leader = count(is_swept(sweep%swept(:minval(sweep%tied))))
-            else if (plan%is_grid) then
-               plan%cases = plan%cases*size(axes(axis_count)%values)
-            else
-               plan%cases = size(axes(axis_count)%values)
-            end if
-         end do
-         allocate (plan%axes(axis_count))
-         do i = 1, axis_count
-            ! the values are moved instead of copied, because they can be many
-            call move_alloc(axes(i)%values, values)
-            plan%axes(i) = axes(i)
-            call move_alloc(values, plan%axes(i)%values)
+                     [(real(i - 1, wp)/real(swept%points - 1, wp), i=1, swept%points)])
+               end if
+               if (is_follower(sweep, places(k))) then
+                  ! index of the axis of the first of the parameters that are tied together
+                  axis%leader = count(is_swept(sweep%swept(:minval(sweep%tied))))
+               else if (plan%is_grid) then
+                  plan%cases = plan%cases*size(axis%values)
+               else
+                  plan%cases = size(axis%values)
+               end if
+            end associate
          end do
          if (scene%wants_poincare) plan%sections = scene%poincare%keep
          plan%spectra = spectrum_size(scene)
