@@ -19,8 +19,7 @@ module contact_phase
    use moment_signals, only: begin_moments, sample_moments
    use motion_phases, only: found_segment_end, found_cancelled, motion_t
    use phase_intervals, only: phase_interval_t
-   use phase_losses, only: find_losses, force_at, prepare_losses, recover_contact, &
-      update_indentations
+   use phase_losses, only: advance_contact, find_losses, force_at, prepare_losses
    use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_contact
    use phase_state, only: end_force, end_gap, to_free_state, cache_state, find_homogeneous_state, find_state, &
@@ -327,7 +326,9 @@ contains
                - sum(sample%beam_energy), time, modes(:, 3:4), term, lost, sample%work)
          else
             allocate (states, source=now%states)
-            call update_indentations(self%now, time, term, states)
+            do k = 1, size(states)
+               call advance_contact(now, k, time, modes(:, 1), term, states(k))
+            end do
             call find_losses(self%now, self%interval%at_start, states, self%start_energy - sum(sample%beam_energy), &
                time, modes(:, 3:4), term, lost, sample%work)
             states(set%compliant)%dissipated = states(set%compliant)%dissipated + lost(2:)
@@ -340,8 +341,6 @@ contains
                   now%states(k)%lost_at_impacts
                cycle
             end if
-            if (all(set%compliant /= k)) call recover_contact(constrained%static_gap(k) &
-               + sum(constrained%value(:, k)*modes(:, 1)), time, states(k))
             if (states(k)%is_node) then
                sample%beam_energy(2) = sample%beam_energy(2) + energy_in(states(k))
                sample%lost(1) = sample%lost(1) + (states(k)%dissipated - now%states(k)%dissipated)
@@ -411,7 +410,9 @@ contains
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
          if (now%loads%count > 0) call find_state(now, time, self%interval%z_end, self%interval%v_end, phasor)
-         call update_indentations(self%now, time, term, now%states)
+         do k = 1, size(now%states)
+            call advance_contact(now, k, time, self%interval%z_end, term, now%states(k))
+         end do
          if (needs_losses(self, motion)) then
             call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
                - sum(modal_energy(constrained%oscillators, self%interval%z_end, self%interval%v_end)), time, &
@@ -421,17 +422,13 @@ contains
          else if (motion%observers%measures%is_wanted) then
             balance%work = balance%work + work_of_loads(now, time, phasor, set%last%z, set%last%v, term)
          end if
-         do k = 1, size(now%states)
-            if (now%states(k)%is_rigid) cycle
-            place = findloc(set%compliant, k, dim=1)
-            if (place > 0) then
-               if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
+         do place = 1, size(set%compliant)
+            associate (state => now%states(set%compliant(place)))
+               if (state%is_rigid) cycle
+               if (needs_losses(self, motion)) state%dissipated = state%dissipated + lost(1 + place)
                ! the force vanishes: the branch force follows from the indentation
-               if (self%ended_at == k) call set_indentation(now%states(k), now%states(k)%indentation)
-            else
-               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), &
-                  time, now%states(k))
-            end if
+               if (self%ended_at == set%compliant(place)) call set_indentation(state, state%indentation)
+            end associate
          end do
          balance%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
          ! a massless node belongs to the beam

@@ -14,7 +14,7 @@ module phase_intervals
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
    use phase_integrals, only: integrate_on_path
-   use phase_losses, only: impulse_in, loss_of_contact, recover_contact, update_indentation
+   use phase_losses, only: advance_contact, impulse_in, loss_of_contact
    use phase_rows, only: can_square_rows, is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_acceleration, find_sums, integrate_accelerations
@@ -398,7 +398,7 @@ contains
       type(contact_state_t) :: state
       real(wp), dimension(size(self%now%z)) :: z, v
       complex(wp), allocatable :: term(:)
-      integer :: k, place
+      integer :: k
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          if (.not. time < self%length) then
@@ -407,6 +407,7 @@ contains
                + sum(energy_in(now%states))
             return
          end if
+         allocate (term(0))
          if (size(set%compliant) > 0) then
             term = terms_at(set%coupled, now%amplitude, time)
             call cache_state(now, time, term)
@@ -419,14 +420,8 @@ contains
             return
          end if
          do k = 1, size(now%states)
-            if (now%states(k)%is_rigid) cycle
             state = self%at_start(k)
-            place = findloc(set%compliant, k, dim=1)
-            if (place > 0) then
-               call update_indentation(now, place, time, term, state)
-            else
-               call recover_contact(constrained%static_gap(k) + sum(constrained%value(:, k)*z), time, state)
-            end if
+            call advance_contact(now, k, time, z, term, state)
             energy = energy + energy_in(state)
          end do
       end associate

@@ -15,8 +15,7 @@ module phase_losses
    use power_integrals, only: energy_over, find_interval_terms, integrals_in, make_power_form
    implicit none (type, external)
    private
-   public :: find_losses, force_at, impulse_in, loss_of_contact, losses_in, prepare_losses, recover_contact, &
-      update_indentation, update_indentations
+   public :: advance_contact, find_losses, force_at, impulse_in, loss_of_contact, losses_in, prepare_losses
 
 contains
 
@@ -99,7 +98,7 @@ contains
       type(phase_state_t), intent(inout) :: self
       !> Contact states at the start of the phase, [contacts]
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
-      !> Contact states at the time, with the results of `update_indentations`, [contacts]
+      !> Contact states at the time, with the results of `advance_contact`, [contacts]
       type(contact_state_t), intent(in) :: at_time(:)
       !> Energy of the constrained modes at the start of the phase, less that at the time
       real(wp), intent(in) :: energy_lost
@@ -113,10 +112,6 @@ contains
       !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
-      ! integrals of the squared indentation rates, [compliant]
-      real(wp) :: squares(size(lost) - 1)
-      ! whether `squares` is known
-      logical :: has_squares
       ! index among the compliant contacts of the set
       integer :: place
 
@@ -130,22 +125,44 @@ contains
          ! energy balance of the beam: decrease of its energy plus work of the loads, less the energies that the stops
          ! receive
          lost(1) = energy_lost + work
-         call integrate_rates_on_path(self, time, has_squares, squares)
+         call find_stop_losses(self, time, lost(2:))
          do place = 1, size(set%compliant)
             associate (k => set%compliant(place))
-               lost(1 + place) = 0.0_wp
-               ! a rigid contact that applies a force instead of a constraint dissipates nothing
-               if (self%states(k)%is_rigid) cycle
-               if (has_squares .and. set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
-                  lost(1 + place) = set%coupled%spring(place)%viscosity*squares(place)
-               else
-                  lost(1 + place) = loss_in_stop(self, place, time)
-               end if
-               lost(1) = lost(1) + energy_in(at_start(k)) - lost(1 + place) - energy_in(at_time(k))
+               if (.not. self%states(k)%is_rigid) lost(1) = lost(1) + energy_in(at_start(k)) - lost(1 + place) &
+                  - energy_in(at_time(k))
             end associate
          end do
       end associate
    end subroutine find_losses
+
+   !> Energy dissipated in each closed compliant contact since the start of the phase, under loads. A rigid contact that
+   !> applies a force instead of a constraint dissipates nothing.
+   subroutine find_stop_losses(self, time, lost)
+      type(phase_state_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+      !> Energies, [compliant]
+      real(wp), intent(out) :: lost(:)
+
+      ! integrals of the squared indentation rates, [compliant]
+      real(wp) :: squares(size(lost))
+      ! whether `squares` is known
+      logical :: has_squares
+      ! index among the compliant contacts of the set
+      integer :: place
+
+      lost = 0.0_wp
+      call integrate_rates_on_path(self, time, has_squares, squares)
+      do place = 1, size(lost)
+         associate (spring => self%set%coupled%spring(place))
+            if (self%states(self%set%compliant(place))%is_rigid) cycle
+            if (has_squares .and. spring%branch_stiffness <= 0.0_wp) then
+               lost(place) = spring%viscosity*squares(place)
+            else
+               lost(place) = loss_in_stop(self, place, time)
+            end if
+         end associate
+      end do
+   end subroutine find_stop_losses
 
    !> Energy dissipated in the stop of a contact since the start of the phase; the states of contacts are already those
    !> at the end of the phase.
@@ -162,10 +179,6 @@ contains
       real(wp), dimension(size(self%z)) :: z, v
       ! energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
       real(wp) :: lost(1 + size(self%set%compliant))
-      ! integrals of the squared indentation rates, [compliant]
-      real(wp) :: squares(size(self%set%compliant))
-      ! whether `squares` is known
-      logical :: has_squares
       ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place
 
@@ -183,36 +196,42 @@ contains
          call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
             contact)
          loss = contact%dissipated - at_start%dissipated
-      else if (self%loads%count > 0) then
-         call integrate_rates_on_path(self, time, has_squares, squares)
-         if (has_squares .and. self%set%coupled%spring(place)%branch_stiffness <= 0.0_wp) then
-            loss = self%set%coupled%spring(place)%viscosity*squares(place)
-         else
-            loss = loss_in_stop(self, place, time)
-         end if
       else
-         call losses_in(self%set, self%amplitude, self%z, self%v, time, lost)
+         if (self%loads%count > 0) then
+            call find_stop_losses(self, time, lost(2:))
+         else
+            call losses_in(self%set, self%amplitude, self%z, self%v, time, lost)
+         end if
          loss = lost(1 + place)
       end if
    end function loss_of_contact
 
-   !> Set indentation and branch force of all closed compliant contacts at a time in the phase.
-   subroutine update_indentations(self, time, term, states)
+   !> Advance a contact from the start of the phase: a compliant contact is indented if it is closed, and recovers if it
+   !> is open.
+   subroutine advance_contact(self, k, time, z, term, state)
       type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
-      !> Values of the terms exp(s t) at that time, [terms]
+      !> Displacements of the constrained modes at that time, [modes]
+      real(wp), intent(in) :: z(:)
+      !> Values of the terms exp(s t) at that time, if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
-      !> States of all contacts
-      type(contact_state_t), intent(inout) :: states(:)
+      !> State of the contact, on entry at the start of the phase
+      type(contact_state_t), intent(inout) :: state
 
+      ! index among the compliant contacts of the set; 0: the contact is open
       integer :: place
 
-      do place = 1, size(self%set%compliant)
-         associate (state => states(self%set%compliant(place)))
-            if (.not. state%is_rigid) call update_indentation(self, place, time, term, state)
-         end associate
-      end do
-   end subroutine update_indentations
+      if (state%is_rigid) return
+      place = findloc(self%set%compliant, k, dim=1)
+      if (place > 0) then
+         call update_indentation(self, place, time, term, state)
+      else
+         call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
+            state)
+      end if
+   end subroutine advance_contact
 
    !> Set indentation and branch force of a closed compliant contact at a time in the phase.
    subroutine update_indentation(self, place, time, term, state)
@@ -272,43 +291,32 @@ contains
       !> Whether to prepare the dissipation in the beam, too
       logical, intent(in) :: with_beam
 
-      ! square root of the power dissipated in each mode, per unit of each term, [modes, terms]
+      ! square root of the power dissipated in each mode, or in a stop, per unit of each term, [modes or 1, terms]
       complex(wp), allocatable :: rate(:, :)
-      ! square root of the power dissipated in each stop, per unit of each term, [compliant, terms]
-      complex(wp), allocatable :: stop_rate(:, :)
       integer :: j, m
 
       if (size(set%compliant) == 0) return
-      if (with_beam .and. .not. set%has_beam_losses) then
-         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-         associate (coupled => set%coupled, k => set%coupled%count)
-            allocate (rate(set%constrained%count, k))
+      associate (coupled => set%coupled, k => set%coupled%count)
+         if (with_beam .and. .not. allocated(set%beam_loss)) then
+            allocate (set%beam_loss, rate(set%constrained%count, k))
             do m = 1, k
                rate(:, m) = sqrt(max(coupled%two_zeta*set%constrained%oscillators%square + coupled%mass_rate, &
                   0.0_wp))*coupled%exponent(m)*coupled%shape(:, m)
             end do
-            call make_power_form(coupled%exponent, rate, set%losses(1))
-         end associate
-         set%has_beam_losses = .true.
-      end if
-      if (set%has_stop_losses) return
-      set%has_stop_losses = .true.
-      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
-      associate (coupled => set%coupled, k => set%coupled%count)
-         allocate (stop_rate(size(set%compliant), k))
-         do m = 1, k
-            do j = 1, size(set%compliant)
-               associate (spring => coupled%spring(j))
-                  if (spring%branch_stiffness > 0.0_wp) then
-                     stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*coupled%branch(j, m)
-                  else
-                     stop_rate(j, m) = sqrt(spring%viscosity)*coupled%exponent(m)*coupled%indentation(j, m)
-                  end if
-               end associate
-            end do
-         end do
-         do j = 1, size(set%compliant)
-            call make_power_form(coupled%exponent, stop_rate(j:j, :), set%losses(1 + j))
+            call make_power_form(coupled%exponent, rate, set%beam_loss)
+            deallocate (rate)
+         end if
+         if (allocated(set%losses)) return
+         allocate (set%losses(size(set%compliant)), rate(1, k))
+         do j = 1, size(set%losses)
+            associate (spring => coupled%spring(j))
+               if (spring%branch_stiffness > 0.0_wp) then
+                  rate(1, :) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*coupled%branch(j, :)
+               else
+                  rate(1, :) = sqrt(spring%viscosity)*coupled%exponent*coupled%indentation(j, :)
+               end if
+            end associate
+            call make_power_form(coupled%exponent, rate, set%losses(j))
          end do
       end associate
    end subroutine prepare_losses
@@ -330,10 +338,11 @@ contains
       real(wp), dimension(size(z0)) :: z, v
       integer :: j
 
-      call find_interval_terms(set%losses(2), amplitude, time, set%span)
+      call find_interval_terms(set%losses(1), amplitude, time, set%span)
       lost(1) = 0.0_wp
-      do j = merge(1, 2, set%has_beam_losses), size(lost)
-         lost(j) = energy_over(set%losses(j), set%span)
+      if (allocated(set%beam_loss)) lost(1) = energy_over(set%beam_loss, set%span)
+      do j = 1, size(set%losses)
+         lost(1 + j) = energy_over(set%losses(j), set%span)
       end do
       if (size(set%coupled%inactive) == 0) return
       call propagate(set%constrained%oscillators, time, z0, v0, z, v)
@@ -358,8 +367,8 @@ contains
          place = findloc(constrained%closed, k, dim=1)
          if (size(set%compliant) > 0) then
             call prepare_losses(set, .false.)
-            call find_interval_terms(set%losses(2), now%amplitude, time, set%span)
-            call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
+            call find_interval_terms(set%losses(1), now%amplitude, time, set%span)
+            call force_terms(now, k, integrals_in(set%losses(1), set%span), offset, amplitude)
             impulse = offset*time + sum(real(amplitude, wp))
             if (place > 0 .and. size(set%coupled%inactive) > 0) impulse = impulse &
                + impulse_of_modes(now, place, set%coupled%inactive, time)

@@ -5,7 +5,7 @@ module section_states
    use contact_states, only: contact_state_t
    use free_modes, only: max_rigid_square
    use kinds, only: wp
-   use phase_losses, only: update_indentation, recover_contact
+   use phase_losses, only: advance_contact
    use phase_state, only: to_free_state, find_state, phase_state_t
    use section_types, only: run_sections_t, section_state_t
    implicit none (type, external)
@@ -26,7 +26,7 @@ contains
       real(wp), dimension(size(self%z)) :: z, v
       complex(wp), allocatable :: term(:)
       type(contact_state_t) :: contact
-      integer :: k, n, place
+      integer :: k, n
 
       n = size(self%states)
       state%tau = tau + time
@@ -39,15 +39,7 @@ contains
       if (size(self%set%compliant) > 0) term = self%amplitude*exp(self%set%coupled%exponent*time)
       do k = 1, n
          contact = self%states(k)
-         if (.not. contact%is_rigid) then
-            place = findloc(self%set%compliant, k, dim=1)
-            if (place > 0) then
-               call update_indentation(self, place, time, term, contact)
-            else
-               call recover_contact(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), &
-                  time, contact)
-            end if
-         end if
+         call advance_contact(self, k, time, z, term, contact)
          state%is_closed(k) = contact%is_closed
          state%is_deformed(k) = contact%is_deformed .and. self%undeformed_at(k) > time
          state%indentation(k) = contact%indentation

@@ -45,12 +45,10 @@ module contact_sets
       real(wp), allocatable :: rest_force(:), rest_gap(:), rest_reaction(:)
       !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
-      !> Dissipated power of the beam, if requested, and of each compliant contact, [1 + compliant]
+      !> Dissipated power of the beam; unallocated: not requested yet
+      type(power_form_t), allocatable :: beam_loss
+      !> Dissipated power of each compliant contact, [compliant]; unallocated: not used yet
       type(power_form_t), allocatable :: losses(:)
-      !> Whether `losses` holds the dissipated power of the beam
-      logical :: has_beam_losses = .false.
-      !> Whether `losses` holds the dissipated power of the compliant contacts
-      logical :: has_stop_losses = .false.
       !> Values of the terms at the start of the phase and at the last requested time
       type(interval_terms_t) :: span
       !> Responses of the set to unit loads; unallocated: no loads, or not used yet
@@ -340,7 +338,8 @@ contains
       if (allocated(set%shared%form)) bytes = bytes + 2.0_wp*word*real(size(set%shared%form%half), wp) &
          /real(set%shared%users, wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
-      if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%coupled%count, wp)**2
+      if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(1 + size(set%losses), wp) &
+         *real(set%coupled%count, wp)**2
    end function bytes_of
 
    !> Deallocate all sets.

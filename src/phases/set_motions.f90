@@ -42,7 +42,7 @@ contains
       end associate
    end function point_response
 
-   !> Values of the terms at the end of a phase, [terms]. If losses are prepared (`has_stop_losses`), `set%span`
+   !> Values of the terms at the end of a phase, [terms]. If losses are prepared (`set%losses`), `set%span`
    !> receives these values, too: the integrals of losses and impulses use it.
    pure subroutine find_end_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
@@ -52,10 +52,9 @@ contains
       real(wp), intent(in) :: time
       complex(wp), intent(out) :: term(:)
 
-      if (set%has_stop_losses) then
-         ! `find_interval_terms` reads only the exponents of the power form, which all forms of the set share;
-         ! `losses(1)`, that of the beam, may be missing
-         call find_interval_terms(set%losses(2), amplitude, time, set%span)
+      if (allocated(set%losses)) then
+         ! `find_interval_terms` reads only the exponents of the power form, which all forms of the set share
+         call find_interval_terms(set%losses(1), amplitude, time, set%span)
          term = set%span%term
       else
          term = terms_at(set%coupled, amplitude, time)
