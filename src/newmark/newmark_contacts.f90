@@ -133,9 +133,7 @@ contains
             end associate
          end do
          if (n == 0) return
-         do k = 1, n
-            free_acceleration(k) = row_value(run%contacts(members(k))%row, state%beam%acceleration)
-         end do
+         free_acceleration(:n) = [(row_value(run%contacts(members(k))%row, state%beam%acceleration), k=1, n)]
          call solve_complementarity(run%mobility(members(:n), members(:n)), free_acceleration(:n), reaction(:n), &
             is_closed(:n))
          do k = 1, n

@@ -5,9 +5,9 @@ module newmark_continuation
    use contact_rows, only: row_value
    use kinds, only: wp
    use newmark_contacts, only: resolve_contacts
-   use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_energies, only: total_energy
    use newmark_run, only: gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, is_open, &
-      newmark_run_t, contact_energy
+      newmark_run_t
    use newmark_stepper, only: restart_acceleration
    use response_types, only: response_t
    use section_types, only: section_state_t
@@ -43,7 +43,6 @@ contains
       !> The run, ready to start
       type(newmark_run_t), intent(inout) :: run
 
-      real(wp) :: kinetic
       integer :: k
 
       associate (now => run%states(run%now))
@@ -67,9 +66,7 @@ contains
             end associate
          end do
          call restart_acceleration(run%stepper, now%beam)
-         call strain_energy(run%stepper, now%beam, run%start_energy)
-         call kinetic_energy(run%stepper, now%beam, kinetic)
-         run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, now), k=1, size(run%contacts))])
+         call total_energy(run, run%start_energy)
       end associate
       run%states(3 - run%now) = run%states(run%now)
    end subroutine start_from_state

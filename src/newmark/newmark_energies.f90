@@ -9,13 +9,29 @@ module newmark_energies
    use contact_rows, only: row_value, band, contact_row_t
    use kinds, only: wp
    use modal_steps, only: loss_of_modes
+   use newmark_run, only: contact_energy, newmark_run_t
    use newmark_stepper, only: newmark_state_t, newmark_stepper_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: kinetic_energy, strain_energy, beam_dissipation, momentum_along
+   public :: total_energy, kinetic_energy, strain_energy, beam_dissipation, momentum_along
 
 contains
+
+   !> Energy of beam and stops at the present state.
+   pure subroutine total_energy(run, energy)
+      type(newmark_run_t), intent(inout) :: run
+      real(wp), intent(out) :: energy
+
+      real(wp) :: kinetic
+      integer :: k
+
+      associate (state => run%states(run%now))
+         call strain_energy(run%stepper, state%beam, energy)
+         call kinetic_energy(run%stepper, state%beam, kinetic)
+         energy = energy + kinetic + sum([(contact_energy(run, k, state), k=1, size(run%contacts))])
+      end associate
+   end subroutine total_energy
 
    !> Kinetic energy v . M* v / 2
    pure subroutine kinetic_energy(stepper, state, energy)

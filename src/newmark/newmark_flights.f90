@@ -4,7 +4,7 @@
 !> since. Statistics are sums over equal blocks of the run; blocks that have begun since that instant are cleared.
 !> Integrals of spectra return to their values at that instant.
 module newmark_flights
-   use block_statistics, only: blocks_begun, empty_block
+   use block_statistics, only: blocks_begun, clear_blocks
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
    use newmark_stepper, only: copy_state
    use statistic_types, only: sum_time
@@ -20,18 +20,14 @@ contains
       !> Number of events of the run
       integer, intent(in) :: events
 
-      integer :: k
-
       run%begins_flight = .false.
       associate (start => run%flight_start)
          if (.not. allocated(start%contacts)) then
             start%state = run%states(run%now)
             allocate (start%contacts(size(run%contacts)))
          end if
-         do k = 1, size(run%contacts)
-            if (run%contacts(k)%flight_events == begins_now) run%contacts(k)%flight_events = events
-            start%contacts(k) = run%contacts(k)%contact_progress_t
-         end do
+         where (run%contacts%flight_events == begins_now) run%contacts%flight_events = events
+         start%contacts = run%contacts%contact_progress_t
          call copy(run%states(run%now), start%state)
          start%progress = run%run_progress_t
          if (allocated(run%observers%moments)) start%moments = run%observers%moments%moment_extremes_t
@@ -47,7 +43,7 @@ contains
    pure subroutine cancel_flight(run)
       type(newmark_run_t), intent(inout) :: run
 
-      integer :: k, last
+      integer :: last
 
       ! the last block of the statistics that has begun before the run returns
       last = 0
@@ -58,9 +54,7 @@ contains
          run%run_progress_t = start%progress
          ! the stored contacts may have rejected steps that end after the restored state
          run%has_event_ahead = .true.
-         do k = 1, size(run%contacts)
-            run%contacts(k)%contact_progress_t = start%contacts(k)
-         end do
+         run%contacts%contact_progress_t = start%contacts
          if (allocated(run%observers%moments)) run%observers%moments%moment_extremes_t = start%moments
          if (allocated(run%observers%stress_windows)) run%observers%stress_windows%now = start%windows
          if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
@@ -106,20 +100,16 @@ contains
 
       ! number of the block that was in progress when the flight began
       integer :: first
-      integer :: block, k
+      integer :: k
 
       associate (start => run%flight_start, blocks => run%observers%blocks)
          first = min(max(start%block, 1), size(blocks%tip%sums, 2))
          blocks%tip%sums(:, first) = start%sums(:, 0)
-         do block = first + 1, last
-            blocks%tip%sums(:, block) = empty_block(blocks%tip%sums(sum_time, first))
-         end do
+         call clear_blocks((blocks%tip%sums(sum_time, first)), first + 1, last, blocks%tip%sums)
          do k = 1, size(blocks%contact)
             associate (contact => blocks%contact(k))
                contact%sums(:, first) = start%sums(:, k)
-               do block = first + 1, last
-                  contact%sums(:, block) = empty_block(blocks%tip%sums(sum_time, first))
-               end do
+               call clear_blocks((blocks%tip%sums(sum_time, first)), first + 1, last, contact%sums)
                if (contact%count > 0) contact%impacts(contact%count) = start%impacts(k)
                contact%has_separated = start%has_separated(k)
             end associate

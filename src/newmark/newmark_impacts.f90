@@ -135,9 +135,7 @@ contains
       end if
       chatters = run%contacts%captures >= chatter_limit
       if (.not. any(run%arrives .and. run%contacts%may_be_captured .and. chatters)) return
-      do k = 1, size(run%contacts)
-         chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. is_touched(run, k))
-      end do
+      chatters = chatters .and. [(run%contacts(k)%is_stopped .or. is_touched(run, k), k=1, size(run%contacts))]
       call bring_to_rest(run, chatters, response)
    end subroutine capture_low_flights
 

@@ -19,7 +19,7 @@ module newmark_motion
    use moment_places, only: open_moments
    use newmark_contacts, only: resolve_contacts
    use newmark_continuation, only: resolve_stored_contacts, start_from_state, state_of
-   use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_energies, only: total_energy
    use newmark_events, only: close_touched, find_events, trigger_events
    use newmark_flights, only: record_flight_start
    use newmark_limits, only: explain_mesh_error, check_energy_balance, check_mesh, divide_step
@@ -27,7 +27,7 @@ module newmark_motion
    use newmark_modes, only: find_rest_in_modes, make_modal_model
    use newmark_moments, only: moments_now, start_moments
    use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
-      newmark_run_t, contact_energy, whole_step
+      newmark_run_t, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_start, only: begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
@@ -213,8 +213,6 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: point_shape(:, :), shape(:)
-      real(wp) :: kinetic
-      integer :: k
 
       run%sample_step = settings%response%step
       run%contact_tolerance = settings%response%contact_tolerance
@@ -264,10 +262,7 @@ contains
       run%states(2) = run%states(1)
       call make_contacts(supported, contacts, run, error)
       if (allocated(error)) return
-      call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
-      call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
-      run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, run%states(1)), k=1, &
-         size(contacts))])
+      call total_energy(run, run%start_energy)
    end subroutine make_run
 
    !> Prepare the contacts of the run.
@@ -304,9 +299,7 @@ contains
          end associate
       end do
       do k = 1, n
-         do j = 1, n
-            run%mobility(j, k) = row_value(run%contacts(j)%row, run%mass_columns(:, k))
-         end do
+         run%mobility(:, k) = [(row_value(run%contacts(j)%row, run%mass_columns(:, k)), j=1, n)]
          associate (contact => run%contacts(k))
             if (.not. allocated(contact%stop)) cycle
             ! the first step in contact is no longer than the time constant of the contact force
@@ -433,17 +426,9 @@ contains
       !> The run, which records its energy balance
       type(newmark_run_t), intent(inout) :: run
 
-      real(wp) :: energy, kinetic, strain
-      integer :: k
+      real(wp) :: energy
 
-      associate (state => run%states(run%now))
-         call kinetic_energy(run%stepper, state%beam, kinetic)
-         call strain_energy(run%stepper, state%beam, strain)
-         energy = kinetic + strain
-         do k = 1, size(run%contacts)
-            energy = energy + contact_energy(run, k, state)
-         end do
-      end associate
+      call total_energy(run, energy)
       call check_energy_balance(instant_of(run), abs(energy - energy_left(run)), run%start_energy &
          + run%energy_balance%created + run%absolute_work, run%error)
    end subroutine check_energy

@@ -324,7 +324,6 @@ contains
       real(wp), intent(inout) :: vector(1 - band:)
 
       real(wp) :: change, norm
-      integer :: i
 
       if (allocated(stepper%point_shape)) then
          change = row%sign*(value - row_value(row, vector))
@@ -337,9 +336,7 @@ contains
                norm = sum(shape(:, p)**2)
             end if
             if (norm > 0.0_wp) change = change/norm
-            do i = 1, stepper%order
-               vector(i) = vector(i) + change*shape(i, p)
-            end do
+            vector(1:stepper%order) = vector(1:stepper%order) + change*shape(:, p)
             if (row%partner > 0) vector(1:stepper%order) = vector(1:stepper%order) &
                - change*shape(:, partner)
          end associate

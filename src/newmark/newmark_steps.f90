@@ -12,6 +12,7 @@
 !> During a trial step `states(now)` is the state at the beginning, and `states(3 - now)` the state at the end.
 module newmark_steps
    use banded_steps, only: add_column
+   use complementarity, only: solve_active
    use compliant_stop, only: contact_force, mean_force_coefficients
    use contact_rows, only: row_value, band
    use kinds, only: wp
@@ -46,9 +47,7 @@ contains
          do k = 1, n
             call solve_for_row(run%stepper, level, contacts(k)%row, factors%columns(:, k))
             if (allocated(contacts(k)%stop)) factors%stops(k) = contacts(k)%stop%step(run%stepper%factors(level)%step)
-            do j = 1, n
-               factors%gains(j, k) = row_value(contacts(j)%row, factors%columns(:, k))
-            end do
+            factors%gains(:, k) = [(row_value(contacts(j)%row, factors%columns(:, k)), j=1, n)]
          end do
          factors%made = .true.
       end associate
@@ -175,7 +174,7 @@ contains
       real(wp) :: factor
       ! the mean force of a three-element stop is slope u+ + intercept
       real(wp) :: slope, intercept
-      integer :: i, j, k
+      integer :: i, k
 
       velocity_factor = 0.5_wp*run%stepper%factors(level)%step
       displacement_factor = velocity_factor**2
@@ -186,9 +185,7 @@ contains
             associate (contact => run%contacts(k), right => run%right(i))
                acceleration = row_value(contact%row, new%beam%acceleration)
                if (contact%status == is_constrained) then
-                  do j = 1, count_closed
-                     run%rows(i, j) = factors%gains(k, closed(j))
-                  end do
+                  run%rows(i, :count_closed) = factors%gains(k, closed)
                   right = -acceleration
                   cycle
                end if
@@ -203,9 +200,7 @@ contains
                   factor = 2.0_wp*slope*displacement_factor
                   right = 2.0_wp*(slope*(contact%contact%height + contact%shift - y) + intercept) - old%force(k)
                end if
-               do j = 1, count_closed
-                  run%rows(i, j) = factor*factors%gains(k, closed(j))
-               end do
+               run%rows(i, :count_closed) = factor*factors%gains(k, closed)
                run%rows(i, i) = 1.0_wp + run%rows(i, i)
             end associate
          end do
@@ -214,11 +209,10 @@ contains
             ! half the time
             run%right(1) = run%right(1)/run%rows(1, 1)
          else
-            call eliminate(run%rows, run%right, count_closed)
+            call solve_active(run%rows(:count_closed, :count_closed), -run%right(:count_closed), &
+               spread(.true., 1, count_closed), run%right(:count_closed))
          end if
-         do j = 1, count_closed
-            new%force(closed(j)) = run%right(j)
-         end do
+         new%force(closed) = run%right(:count_closed)
       end associate
    end subroutine find_forces_of_closed
 
@@ -238,9 +232,10 @@ contains
       real(wp) :: change
       ! the mean force over the step is slope u+ + intercept
       real(wp) :: intercept, slope
-      integer :: i, j, k
+      integer :: i, k
 
-      associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops)
+      associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops, &
+         closed => run%closed(:count_constrained))
          run%right(:count_constrained) = 0.0_wp
          do i = count_constrained + 1, count_closed
             k = run%closed(i)
@@ -256,21 +251,15 @@ contains
                new%branch_force(k) = stops(k)%decay*old%branch_force(k) + stops(k)%gain*(u - old%indentation(k))
                change = contact_force(contact%stop, u, new%branch_force(k)) - new%force(k)
                call add_force(run, k, change)
-               do j = 1, count_constrained
-                  run%right(j) = run%right(j) - change*run%mobility(run%closed(j), k)
-               end do
+               run%right(:count_constrained) = run%right(:count_constrained) - change*run%mobility(closed, k)
             end associate
          end do
          if (count_constrained > 0) then
             ! the changes of the reactions keep the accelerations at the rigid contacts zero
-            do j = 1, count_constrained
-               do i = 1, count_constrained
-                  run%rows(i, j) = run%mobility(run%closed(i), run%closed(j))
-               end do
-            end do
-            call eliminate(run%rows, run%right, count_constrained)
-            do j = 1, count_constrained
-               call add_force(run, run%closed(j), run%right(j))
+            call solve_active(run%mobility(closed, closed), -run%right(:count_constrained), &
+               spread(.true., 1, count_constrained), run%right(:count_constrained))
+            do i = 1, count_constrained
+               call add_force(run, closed(i), run%right(i))
             end do
          end if
       end associate
@@ -288,34 +277,6 @@ contains
          call add_column(run%stepper%length, force, run%mass_columns(:, k), new%beam%acceleration)
       end associate
    end subroutine add_force
-
-   !> Solve a small system whose matrix is positive definite except for positive factors of its rows, so that
-   !> elimination needs no pivoting.
-   pure subroutine eliminate(rows, right, n)
-      !> The matrix, of which the leading [n, n] part is used
-      real(wp), intent(inout) :: rows(:, :)
-      !> The right side; the solution on return
-      real(wp), intent(inout) :: right(:)
-      !> Number of equations
-      integer, intent(in) :: n
-
-      real(wp) :: factor
-      integer :: i, j
-
-      do j = 1, n
-         do i = j + 1, n
-            factor = rows(i, j)/rows(j, j)
-            rows(i, j + 1:n) = rows(i, j + 1:n) - factor*rows(j, j + 1:n)
-            right(i) = right(i) - factor*right(j)
-         end do
-      end do
-      do j = n, 1, -1
-         do i = j + 1, n
-            right(j) = right(j) - rows(j, i)*right(i)
-         end do
-         right(j) = right(j)/rows(j, j)
-      end do
-   end subroutine eliminate
 
    !> Find the contacts whose conditions the trial step violates. A NaN counts as a violation.
    pure subroutine find_violations(run, level, is_accepted)

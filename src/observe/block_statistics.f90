@@ -20,7 +20,7 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, empty_block, blocks_begun, add_events, add_contact, record_separation
+   public :: open_blocks, clear_blocks, blocks_begun, add_events, add_contact, record_separation
    public :: finish_blocks, finish_statistics
 
    !> Confidence level of the intervals
@@ -71,28 +71,29 @@ contains
       real(wp), intent(in) :: edge(0:)
       type(contact_sums_t), intent(inout) :: contact
 
-      integer :: blocks, i
+      integer :: blocks
 
       blocks = ubound(edge, 1)
       contact%has_finite_force = has_finite_force
       allocate (contact%sums(sum_count, blocks))
-      do i = 1, blocks
-         contact%sums(:, i) = empty_block((edge(blocks) - edge(0))/real(blocks, wp))
-      end do
+      call clear_blocks((edge(blocks) - edge(0))/real(blocks, wp), 1, blocks, contact%sums)
       allocate (contact%impacts(16))
    end subroutine open_contact
 
-   !> Initial sums of a block.
-   pure function empty_block(length) result(sums)
-      !> Length of the block, tau; the same for all blocks, so that equal values in them have no scatter by rounding
+   !> Set the sums of some blocks to their initial values.
+   pure subroutine clear_blocks(length, first, last, sums)
+      !> Length of each block, tau; the same for all blocks, so that equal values in them have no scatter by rounding
       real(wp), intent(in) :: length
-      real(wp) :: sums(sum_count)
+      !> Numbers of the first and the last of these blocks
+      integer, intent(in) :: first, last
+      !> Sums of all blocks, [sums, blocks]
+      real(wp), intent(inout) :: sums(:, :)
 
-      sums = 0.0_wp
-      sums(sum_time) = length
-      sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration]) = -huge(1.0_wp)
-      sums(minima) = huge(1.0_wp)
-   end function empty_block
+      sums(:, first:last) = 0.0_wp
+      sums(sum_time, first:last) = length
+      sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration], first:last) = -huge(1.0_wp)
+      sums(minima, first:last) = huge(1.0_wp)
+   end subroutine clear_blocks
 
    !> Index of the block that contains an instant; 0: no block contains it.
    pure integer function block_at(blocks, tau)
