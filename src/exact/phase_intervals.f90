@@ -23,7 +23,7 @@ module phase_intervals
    use row_signals, only: row_signal_t
    use section_states, only: motion_of
    use signal_integrals, only: integrate_signals
-   use signal_peaks, only: exceeds_in => exceeds, find_maximum, find_turn, peak_tolerance
+   use signal_peaks, only: exceeds_in => exceeds, extreme_search_t, find_maximum, find_turn, peak_tolerance
    implicit none (type, external)
    private
    public :: phase_interval_t
@@ -170,7 +170,7 @@ contains
    end function has_history
 
    !> Find the maximum of an output row.
-   subroutine seek_peak(self, row, span, known, peak)
+   subroutine seek_peak(self, row, span, known, peak, search_state)
       class(phase_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
       !> Start and end of the part of the phase that is searched
@@ -178,6 +178,7 @@ contains
       !> Only a maximum above this known value is reported
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
+      type(extreme_search_t), intent(inout) :: search_state
 
       class(transformable_signal_t), allocatable, target :: part
       class(transformable_signal_t), pointer :: signal
@@ -226,10 +227,10 @@ contains
       end if
       if (row%scale < 0.0_wp) then
          call find_maximum(signal, span(2) - span(1), threshold, peak%is_found, peak%still_rises, peak%value, &
-            peak%time, extreme_search=peak%search_state)
+            peak%time, extreme_search=search_state)
       else
          call find_maximum(signal, span(2) - span(1), threshold, peak%is_found, peak%still_rises, peak%value, &
-            peak%time, row%scale, peak%search_state)
+            peak%time, row%scale, search_state)
       end if
       peak%time = span(1) + peak%time
       if (peak%is_found .or. .not. known_max*(1.0_wp + peak_tolerance) > known) return

@@ -84,17 +84,13 @@ contains
       from = 0.0_wp
       if (state(1, 1) > closing%maximum) call raise(state(1, 1), 0.0_wp)
       if (state(1, 2) > closing%maximum) call raise(state(1, 2), interval%length)
-      peak%search_state = closing%search_state(2)
       call interval%seek_peak(output_row_t(row, scale=abs(closing%maximum), needs_time=.true.), &
-         [0.0_wp, interval%length], closing%maximum, peak)
-      closing%search_state(2) = peak%search_state
+         [0.0_wp, interval%length], closing%maximum, peak, closing%search_state(2))
       if (peak%is_found) call raise(peak%value, peak%time)
       if (.not. from < interval%length) return
       closing%minimum = min(closing%minimum, state(1, 2))
-      peak%search_state = closing%search_state(1)
       call interval%seek_peak(output_row_t(row, -1.0_wp, scale=abs(closing%maximum)), [from, interval%length], &
-         -closing%minimum, peak)
-      closing%search_state(1) = peak%search_state
+         -closing%minimum, peak, closing%search_state(1))
       if (peak%is_found) closing%minimum = -peak%value
 
    contains
@@ -122,6 +118,7 @@ contains
 
       type(peak_t) :: peak
       type(output_row_t) :: deficit
+      type(extreme_search_t) :: search_state
       real(wp) :: state(2), low, high, middle
 
       ! the given force less the contact force
@@ -131,7 +128,7 @@ contains
          closing%lasts = .false.
          return
       end if
-      call interval%seek_peak(deficit, [0.0_wp, interval%length], 0.0_wp, peak)
+      call interval%seek_peak(deficit, [0.0_wp, interval%length], 0.0_wp, peak, search_state)
       if (.not. peak%is_found) then
          if (.not. closing%lasts) closing%lasts_from = interval%start
          closing%lasts = .true.
@@ -144,7 +141,7 @@ contains
          middle = low + 0.5_wp*(high - low)
          if (middle <= low .or. middle >= high) exit
          if (high - low <= 2.0_wp*epsilon(1.0_wp)*(interval%start + high)) exit
-         call interval%seek_peak(deficit, [middle, high], 0.0_wp, peak)
+         call interval%seek_peak(deficit, [middle, high], 0.0_wp, peak, search_state)
          if (peak%is_found) then
             low = max(middle, peak%time)
          else

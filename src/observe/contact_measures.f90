@@ -129,12 +129,11 @@ contains
       measurer%has_risen = .false.
       associate (accumulator => measurer%accumulator)
          if (contact%is_compliant) then
-            peak%search_state = accumulator%force_search
             call interval%seek_peak(output_row_t(interval%force_row(k)), [0.0_wp, interval%length], &
-               accumulator%greatest_force/accumulator%force_scale*(1.0_wp + interval%tolerance), peak)
+               accumulator%greatest_force/accumulator%force_scale*(1.0_wp + interval%tolerance), peak, &
+               accumulator%force_search)
             if (peak%is_found) accumulator%greatest_force = max(accumulator%greatest_force, &
                accumulator%force_scale*peak%value)
-            accumulator%force_search = peak%search_state
          else
             early = early_part(accumulator, interval%start, interval%length)
             if (early > 0.0_wp) early_impulse = interval%impulse(k, early)
@@ -177,9 +176,8 @@ contains
          threshold = settling_level
          if (has_risen .and. is_recorded) threshold = measures%peak_eta(rebound_count)
          if (.not. interval%gap_bound(k) > threshold) return
-         peak%search_state = measurer%accumulator%peak_search
-         call interval%seek_peak(output_row_t(k), [0.0_wp, interval%length], threshold, peak)
-         measurer%accumulator%peak_search = peak%search_state
+         call interval%seek_peak(output_row_t(k), [0.0_wp, interval%length], threshold, peak, &
+            measurer%accumulator%peak_search)
          if (.not. peak%is_found) return
          if (.not. has_risen) call end_episode(measurer%accumulator)
          has_risen = .true.

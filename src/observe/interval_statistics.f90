@@ -247,9 +247,7 @@ contains
 
       type(peak_t) :: peak
 
-      peak%search_state = search_state
-      call interval%seek_peak(row, span, known_maximum, peak)
-      search_state = peak%search_state
+      call interval%seek_peak(row, span, known_maximum, peak, search_state)
       if (peak%is_found) known_maximum = peak%value
    end subroutine raise_maximum
 

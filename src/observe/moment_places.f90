@@ -172,11 +172,9 @@ contains
 
          type(peak_t) :: peak
 
-         peak%search_state = search_state
          ! the row is sign times the moment plus 0; the tolerance refers to the maximum magnitude so far
          call interval%seek_peak(output_row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%maximum, &
-            -moments(p)%minimum)), [0.0_wp, interval%length], threshold, peak)
-         search_state = peak%search_state
+            -moments(p)%minimum)), [0.0_wp, interval%length], threshold, peak, search_state)
          if (peak%is_found) call update_extremes(moments(p), sign*peak%value, interval%start + peak%time)
       end subroutine seek_extreme
    end subroutine track_moments

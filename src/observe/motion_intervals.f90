@@ -69,8 +69,6 @@ module motion_intervals
       real(wp) :: value = 0.0_wp
       !> Time of the maximum since the start of the interval
       real(wp) :: time = 0.0_wp
-      !> Tolerance of the searches for this extreme, and number of evaluations that remain for them
-      type(extreme_search_t) :: search_state
    end type peak_t
 
    !> A row over an interval, stored for a later search.
@@ -182,8 +180,8 @@ module motion_intervals
       end function range_interface
 
       !> Find the maximum of a row on a span of the interval, if it exceeds a known value.
-      subroutine seek_peak_interface(self, row, span, known, peak)
-         import :: interval_t, peak_t, output_row_t, wp
+      subroutine seek_peak_interface(self, row, span, known, peak, search_state)
+         import :: extreme_search_t, interval_t, peak_t, output_row_t, wp
          implicit none (type, external)
          class(interval_t), intent(inout) :: self
          type(output_row_t), intent(in) :: row
@@ -191,6 +189,8 @@ module motion_intervals
          real(wp), intent(in) :: span(2)
          real(wp), intent(in) :: known
          type(peak_t), intent(inout) :: peak
+         !> Tolerance of the searches for this extreme, and number of evaluations that remain for them
+         type(extreme_search_t), intent(inout) :: search_state
       end subroutine seek_peak_interface
 
       !> Find the first turning point (zero of the rate) of a row inside a span of the interval.

@@ -8,6 +8,7 @@ module step_intervals
    use exponential_sums, only: exponential_sums_t, open_sums
    use kinds, only: i8, wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
+   use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
    public :: step_interval_t, open_step_interval, cubic_of, maximum_of
@@ -165,13 +166,14 @@ contains
       bounds = row%offset + [minval(row%factor*ends), maxval(row%factor*ends)]
    end function range_of
 
-   !> Find the maximum of a row on a span of the step.
-   subroutine seek_peak(self, row, span, known, peak)
+   !> Find the maximum of a row on a span of the step, which needs no tolerance.
+   subroutine seek_peak(self, row, span, known, peak, search_state)
       class(step_interval_t), intent(inout) :: self
       type(output_row_t), intent(in) :: row
       real(wp), intent(in) :: span(2)
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
+      type(extreme_search_t), intent(inout) :: search_state
 
       type(cubic_t) :: cubic
       ! both ends of the span and up to two turning points between them, as fractions of the span
@@ -179,6 +181,8 @@ contains
       real(wp) :: bounds(2), value
       integer :: k, turn_count
 
+      associate (unused => search_state)
+      end associate
       peak%is_found = .false.
       bounds = self%range_of(row)
       if (.not. bounds(2) > known) return
