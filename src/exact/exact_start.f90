@@ -3,7 +3,6 @@
 module exact_start
    use applied_loads, only: are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, is_mechanism
-   use complementarity, only: solve_complementarity
    use constrained_sets, only: displacement_t, free_beam_t
    use contact_changes, only: find_opposite_contacts
    use contact_measures, only: open_measures
@@ -15,7 +14,8 @@ module exact_start
    use failures, only: failure_t
    use free_modes, only: free_modes_t, max_rigid_square
    use kinds, only: wp
-   use modal_starts, only: find_modal_start, node_flexibility
+   use load_courses, only: value_at
+   use modal_starts, only: find_modal_start, find_rest_in_modes, modal_beam_t
    use mode_choice, only: common_zeta, damps_each_mode
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
@@ -23,7 +23,7 @@ module exact_start
    use phase_transitions, only: begin_contacts_at_start, update_contacts
    use response_records, only: open_contact_record
    use response_types, only: response_t
-   use run_measures, only: no_rest, open_accumulator
+   use run_measures, only: no_rest
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: energy_balance_t
    use run_settings, only: impulse_nodal, run_settings_t
@@ -55,6 +55,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
+      type(modal_beam_t) :: modal
       ! energy in the static equilibrium in which the motion may come to rest
       real(wp) :: static_energy
       ! contact forces P in this equilibrium, [contacts]
@@ -79,9 +80,12 @@ contains
             if (modes%node_flexibility > 0.0_wp) call add_massless_node(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
+         modal%row = beam%value
+         modal%square = beam%oscillators%square
+         modal%node_flexibility = modes%node_flexibility
          static_energy = no_rest
-         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(now, is_active, static_force, &
-            static_energy)
+         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(modal, contacts, is_active, &
+            static_force, static_energy)
          if (is_continued(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
@@ -89,16 +93,13 @@ contains
             allocate (response%starts_closed(size(contacts)))
             response%starts_closed(contacts%number) = phase%carried%is_closed
          else
-            call set_initial_state(model, modes, settings, is_active, now, motion, error)
+            call set_initial_state(model, modes, settings, modal, now, motion, error)
             if (allocated(error)) return
          end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(contacts))])
-         call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%max_peaks, &
-            motion%observers%measures, settings%relay)
-         ! accumulator 0 serves a run without contacts
-         call open_accumulator(.false., response%initial_energy, 0.0_wp, static_energy, settings%height_ratio, &
-            motion%observers%measures%of(0)%accumulator)
+         call open_measures(settings, now%release_contact, .not. has_rigid_stop(now%states), response%initial_energy, &
+            static_force, static_energy, motion%observers%measures)
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%energy_balance)
@@ -106,10 +107,8 @@ contains
             ! its surface: the maximum deflection is sqrt(2 E flexibility); 1.001 is a margin
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
-               + node_flexibility(now%states(k)))))
+               + modal%node_flexibility)))
             call open_contact_record(contacts(k), settings%output, samples + 1, phase%records(k))
-            call open_accumulator(.not. has_rigid_stop(now%states(k)), response%initial_energy, static_force(k), &
-               static_energy, settings%height_ratio, motion%observers%measures%of(k)%accumulator)
          end do
          call open_set_store(now, sets)
          phase%force_scale = settings%height_ratio
@@ -149,23 +148,25 @@ contains
    end function is_continued
 
    !> Set the initial state given by the settings, with the contacts that support the beam.
-   subroutine set_initial_state(model, modes, settings, is_active, now, motion, error)
+   subroutine set_initial_state(model, modes, settings, modal, now, motion, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      !> Whether each contact is active: no other rigid contact at the same point and on the same side is in front of
-      !> it, [contacts]
-      logical, intent(in) :: is_active(:)
+      !> The beam in the modes
+      type(modal_beam_t), intent(in) :: modal
       type(phase_state_t), intent(inout) :: now
       !> Receives the initial state
       type(motion_t), intent(inout) :: motion
       !> Set if the beam penetrates a contact, no contact supports the beam, or there are more rigid stops than modes
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp) :: forces(size(is_active))
+      real(wp) :: forces(size(now%states))
       integer :: k
 
-      call find_modal_start(model, modes, settings, now, is_active, motion%q, motion%v, forces, error)
+      allocate (motion%q(size(modal%square)), source=0.0_wp)
+      allocate (motion%v(size(modal%square)))
+      if (now%loads%count > 0) motion%q(:) = matmul(now%loads%mode, value_at(now%loads%course, 0.0_wp))
+      call find_modal_start(model, modes, settings, modal, now%states%contact, motion%q, motion%v, forces, error)
       if (allocated(error)) return
       do k = 1, size(forces)
          associate (state => now%states(k))
@@ -176,8 +177,8 @@ contains
             ! before the release, the stop point has eta = 1, which is a displacement of 1 + h. The force that holds it
             ! so, F = (1 + h)/(flexibility of modes + flexibility of node), displaces the node relative to the modes by
             ! F times the flexibility of the node
-            if (state%is_node) state%indentation = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
-               /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
+            if (state%is_node) state%indentation = modal%node_flexibility*(1.0_wp + now%beam%height(k)) &
+               /(sum(modal%row(:, k)**2/modal%square) + modal%node_flexibility)
          end associate
       end do
    end subroutine set_initial_state
@@ -265,8 +266,9 @@ contains
    !> Static equilibrium without loads: contact forces and energy, in the modes of the motion. The caller excludes beams
    !> that turn freely about the root, whose motion need not come to rest. With masses without springs, equilibrium is
    !> known only if no contact is preloaded (height > 0); it is then the undeformed state.
-   pure subroutine find_equilibrium(now, is_active, force, energy)
-      type(phase_state_t), intent(in) :: now
+   pure subroutine find_equilibrium(modal, contacts, is_active, force, energy)
+      type(modal_beam_t), intent(in) :: modal
+      type(contact_t), intent(in) :: contacts(:)
       !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       !> Contact forces P, [contacts]
@@ -274,25 +276,12 @@ contains
       !> Energy of beam and stops
       real(wp), intent(out) :: energy
 
-      ! displacement at each contact per unit force at each contact, [contacts, contacts]
-      real(wp) :: compliance(size(is_active), size(is_active))
-      logical :: is_loaded(size(is_active))
-      integer :: j, k
-
-      if (any(now%beam%oscillators%square <= max_rigid_square)) then
+      if (any(modal%square <= max_rigid_square)) then
          force = 0.0_wp
-         energy = merge(no_rest, 0.0_wp, any(height_from_rest(now%states%contact) > 0.0_wp))
-         return
+         energy = merge(no_rest, 0.0_wp, any(height_from_rest(contacts) > 0.0_wp))
+      else
+         call find_rest_in_modes(modal, contacts, is_active, force, energy)
       end if
-      do k = 1, size(is_active)
-         do j = 1, size(is_active)
-            compliance(j, k) = sum(now%beam%value(:, j)*now%beam%value(:, k)/now%beam%oscillators%square)
-         end do
-         if (.not. now%states(k)%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/now%states(k)%spring%stiffness
-      end do
-      ! an inactive contact is treated as infinitely far away
-      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), is_active), force, is_loaded)
-      energy = 0.5_wp*dot_product(force, now%beam%height)
    end subroutine find_equilibrium
 
    !> Store contact records and measures in the response, contacts in the order of the input file.

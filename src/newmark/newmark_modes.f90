@@ -6,15 +6,13 @@
 module newmark_modes
    use beam_model, only: beam_model_t
    use contact_rows, only: band
-   use contact_starts, only: find_static_forces
    use free_modes, only: free_modes_t
    use kinds, only: lambda1_power4, wp
-   use newmark_run, only: is_inactive, newmark_run_t
-   use newmark_stepper, only: modal_row, newmark_state_t
+   use newmark_stepper, only: newmark_state_t
    use skyline_matrix, only: make_skyline
    implicit none (type, external)
    private
-   public :: make_modal_model, find_rest_in_modes, nodal_state
+   public :: make_modal_model, nodal_state
 
 contains
 
@@ -59,39 +57,6 @@ contains
             model%partner_dofs(i) > 0), i=1, size(model%partner_dofs))]
       end associate
    end subroutine make_modal_model
-
-   !> Static equilibrium on the active contacts without loads, in the modes of the run. No mode may be
-   !> without strain (W = 0).
-   pure subroutine find_rest_in_modes(run, forces, energy)
-      !> The run, with its contacts
-      type(newmark_run_t), intent(in) :: run
-      !> Force P of each contact; 0 if the contact is not active
-      real(wp), intent(out) :: forces(:)
-      !> Strain energy of the beam, of its supports and of the springs of the active contacts
-      real(wp), intent(out) :: energy
-
-      real(wp), allocatable :: active_forces(:), value(:, :)
-      ! displacements D at the active contacts per unit of each force, rho Abar L omega1^2 D; `find_static_forces` adds
-      ! the springs of the contacts, [active, active]
-      real(wp), allocatable :: compliance(:, :)
-      ! indices of the active contacts
-      integer, allocatable :: place(:)
-      integer :: k
-
-      place = pack([(k, k=1, size(run%contacts))], run%contacts%status /= is_inactive)
-      allocate (active_forces(size(place)), compliance(size(place), size(place)), &
-         value(run%stepper%order, size(place)))
-      do k = 1, size(place)
-         value(:, k) = modal_row(run%stepper, run%contacts(place(k))%row)
-      end do
-      compliance = matmul(transpose(value), value/spread(run%modes%square, 2, size(place)))
-      associate (contacts => run%contacts(place)%contact)
-         call find_static_forces(contacts, -contacts%height, compliance, active_forces)
-      end associate
-      energy = 0.5_wp*dot_product(active_forces, matmul(compliance, active_forces))
-      forces = 0.0_wp
-      forces(place) = active_forces
-   end subroutine find_rest_in_modes
 
    !> Convert a state from modes to the degrees of freedom of the model.
    pure type(newmark_state_t) function nodal_state(modes, state) result(nodes)

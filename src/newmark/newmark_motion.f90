@@ -15,6 +15,7 @@ module newmark_motion
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use load_settings, only: start_release
+   use modal_starts, only: find_rest_in_modes
    use mode_choice, only: common_zeta
    use moment_places, only: open_moments
    use newmark_contacts, only: resolve_contacts
@@ -24,7 +25,7 @@ module newmark_motion
    use newmark_flights, only: record_flight_start
    use newmark_limits, only: explain_mesh_error, check_energy_balance, check_mesh, divide_step
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
-   use newmark_modes, only: find_rest_in_modes, make_modal_model
+   use newmark_modes, only: make_modal_model
    use newmark_moments, only: moments_now, start_moments
    use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
       newmark_run_t, whole_step
@@ -35,7 +36,7 @@ module newmark_motion
    use number_text, only: to_text
    use response_records, only: open_contact_record, open_records
    use response_types, only: balance_error, response_t
-   use run_measures, only: no_rest, open_accumulator
+   use run_measures, only: no_rest
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_progress, only: report_progress
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
@@ -454,23 +455,14 @@ contains
             ! a mass without spring is at rest only if no contact presses
             if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
-            call find_rest_in_modes(run, forces, energy)
+            call find_rest_in_modes(run%beam, run%contacts%contact, run%contacts%status /= is_inactive, forces, energy)
          else
             call find_static_rest(model, run%contacts%contact, forces, energy, error, run%extra)
          end if
          if (allocated(error)) return
       end if
-      call open_measures(size(run%contacts), run%release_contact, .true., settings%output%max_peaks, &
-         run%observers%measures, settings%relay)
-      ! index 0 serves a run without contacts
-      call open_accumulator(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
-         run%observers%measures%of(0)%accumulator)
-      do k = 1, size(run%contacts)
-         associate (contact => run%contacts(k))
-            call open_accumulator(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
-               run%observers%measures%of(k)%accumulator)
-         end associate
-      end do
+      call open_measures(settings, run%release_contact, [(allocated(run%contacts(k)%stop), k=1, size(forces))], &
+         run%start_energy, forces, energy, run%observers%measures)
    end subroutine start_measures
 
 end module newmark_motion

@@ -14,6 +14,7 @@ module newmark_run
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
+   use modal_starts, only: modal_beam_t
    use moment_places, only: place_weights_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: moment_extremes_t
@@ -193,6 +194,8 @@ module newmark_run
       type(newmark_stepper_t) :: stepper
       !> The modes that are the degrees of freedom; unallocated: the degrees of freedom are those of the nodes
       type(free_modes_t), allocatable :: modes
+      !> Rows of the contacts over these modes
+      type(modal_beam_t) :: beam
       type(newmark_contact_t), allocatable :: contacts(:)
       !> Index of the release contact (`history_list`), to which the histories of the run refer; 0: there are no
       !> contacts

@@ -11,6 +11,7 @@ module newmark_start
    use kinds, only: lambda1_power4, wp
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
+   use modal_starts, only: find_modal_start
    use newmark_contacts, only: event_now, record_event, resolve_contacts
    use newmark_events, only: begin_and_end_contacts
    use newmark_loads, only: load_at
@@ -51,116 +52,133 @@ contains
       !> Set if the state cannot be found, or the beam would start beyond a contact
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(finite_beam_t) :: flexible
-      real(wp) :: displacement(supported%stiffness%order), velocity(supported%stiffness%order), &
-         shape(supported%stiffness%order, 1)
-      logical :: is_active(size(contacts))
+      ! on entry to the procedures below the loads at the start
+      real(wp) :: displacement(supported%stiffness%order)
+      real(wp) :: velocity(supported%stiffness%order)
+      integer :: k
 
-      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - size(model%extra), error)
-      if (allocated(error)) return
       displacement = 0.0_wp
-      velocity = 0.0_wp
-      shape = 0.0_wp
-      is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      call make_flexible(model, supported, run%modes, contacts, flexible)
-      associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band, &
-         start => settings%start)
+      associate (state => run%states(1), n => run%stepper%order, last => run%stepper%length + band)
          allocate (state%beam%displacement(1 - band:last), state%beam%velocity(1 - band:last), &
             state%beam%acceleration(1 - band:last), state%force(size(contacts)), &
             state%indentation(size(contacts)), state%branch_force(size(contacts)), source=0.0_wp)
          if (run%loads%count > 0) then
             allocate (state%beam%load(1 - band:last), source=0.0_wp)
             call load_at(run, 0.0_wp, state%beam%load)
+            displacement = state%beam%load(1:n)
          end if
-         select case (start%kind)
-         case (start_release)
-            if (allocated(run%modes)) then
-               associate (released => run%release_contact)
-                  call flexible%find_static_shapes(0.0_wp, flexible%row(:, released:released), shape, error)
-                  if (allocated(error)) return
-                  ! a gap of 1 at the release contact of height h is the displacement 1 + h along its row
-                  displacement = shape(:, 1)*((1.0_wp + contacts(released)%height) &
-                     /dot_product(flexible%row(:, released), shape(:, 1)))
-               end associate
-            else
-               displacement(:size(release_shape)) = release_shape
-            end if
-         case (start_balance)
-            if (run%loads%count > 0) shape(:, 1) = state%beam%load(1:n)
-            call find_balance(model, contacts, is_active, flexible, run%modes, shape, state%force, error)
-            if (allocated(error)) return
-            displacement = shape(:, 1)
-            where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
-               state%force/static_stiffness(contacts%settings)
-         case (start_velocity, start_drop, start_mode, start_table)
-            if (allocated(run%modes)) then
-               call set_modes_in_motion(model, run%modes, start, displacement, velocity)
-            else
-               call set_in_motion(model, supported, start, displacement, velocity, error)
-            end if
-         end select
+         if (allocated(run%modes)) then
+            run%beam%square = run%modes%square
+            allocate (run%beam%row(n, size(contacts)))
+            do k = 1, size(contacts)
+               run%beam%row(:, k) = shape_of_contact(contacts(k), model, run%modes%mode)
+            end do
+            call find_modal_start(model, run%modes, settings, run%beam, contacts, displacement, velocity, state%force, &
+               error)
+         else
+            call find_nodal_start(model, supported, settings, contacts, release_shape, displacement, velocity, &
+               state%force, error)
+         end if
          if (allocated(error)) return
-         call place_extra_dofs(model, start%kind == start_balance, displacement, velocity, run%modes)
-         if (start%kind /= start_release .or. size(model%extra) > 0) call check_start(flexible, contacts, state%force, &
-            displacement, error)
-         if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, state%force, displacement, &
-            error)
-         if (allocated(error)) return
+         where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
+            state%force/static_stiffness(contacts%settings)
          state%beam%displacement(1:n) = displacement
          state%beam%velocity(1:n) = velocity
          call restart_acceleration(run%stepper, state%beam)
       end associate
    end subroutine make_start
 
+   !> Find the initial state of the degrees of freedom of the nodes and the contact forces.
+   subroutine find_nodal_start(model, supported, settings, contacts, release_shape, displacement, velocity, forces, &
+      error)
+      type(beam_model_t), intent(in) :: model
+      !> The model with its rigid supports fixed
+      type(beam_model_t), intent(in) :: supported
+      type(run_settings_t), intent(in) :: settings
+      type(contact_t), intent(in) :: contacts(:)
+      !> The static shape from which the beam is released, [order of the beam]; unallocated: the beam starts otherwise
+      real(wp), allocatable, intent(in) :: release_shape(:)
+      !> On entry loads at tau = 0, on return displacements, [degrees of freedom]
+      real(wp), intent(inout) :: displacement(:)
+      real(wp), intent(out) :: velocity(:)
+      !> Force P of each contact
+      real(wp), intent(out) :: forces(:)
+      !> Set if the state cannot be found, or the beam would start beyond a contact
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(finite_beam_t) :: flexible
+      real(wp) :: load(size(displacement))
+      logical :: is_active(size(contacts))
+
+      load = displacement
+      displacement = 0.0_wp
+      velocity = 0.0_wp
+      forces = 0.0_wp
+      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - size(model%extra), error)
+      if (allocated(error)) return
+      is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
+      call make_flexible(model, supported, contacts, flexible)
+      associate (start => settings%start)
+         select case (start%kind)
+         case (start_release)
+            displacement(:size(release_shape)) = release_shape
+         case (start_balance)
+            call find_balance(model, contacts, is_active, flexible, load, displacement, forces, error)
+         case (start_velocity, start_drop, start_mode, start_table)
+            call set_in_motion(model, supported, start, displacement, velocity, error)
+         end select
+         if (allocated(error)) return
+         call place_extra_dofs(model, start%kind == start_balance, displacement, velocity)
+         if (start%kind /= start_release .or. size(model%extra) > 0) call check_start(flexible, contacts, forces, &
+            displacement, error)
+      end associate
+      if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, forces, displacement, error)
+   end subroutine find_nodal_start
+
    !> Static equilibrium under the loads at the start with unilateral contact forces. If the beam or an extra degree
    !> of freedom can move freely, the stiffness matrix is singular, so that the equilibrium is found in modes.
-   subroutine find_balance(model, contacts, is_active, flexible, modes, shape, forces, error)
+   subroutine find_balance(model, contacts, is_active, flexible, load, displacement, forces, error)
       type(beam_model_t), intent(in) :: model
       type(contact_t), intent(in) :: contacts(:)
       !> Whether each contact is active, [contacts]
       logical, intent(in) :: is_active(:)
       type(finite_beam_t), intent(in) :: flexible
-      !> The modes that are the degrees of freedom; unallocated: they are those of the model
-      type(free_modes_t), allocatable, intent(in) :: modes
-      !> On entry loads on the degrees of freedom; on return displacements, [order, 1]
-      real(wp), intent(inout) :: shape(:, :)
+      !> Loads on the degrees of freedom, [order]
+      real(wp), intent(in) :: load(:)
+      real(wp), intent(inout) :: displacement(:)
       !> Force P of each contact
       real(wp), intent(inout) :: forces(:)
       !> Set if nothing carries the beam or an extra degree of freedom, or the displacements cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       type(free_modes_t) :: free
-      real(wp), allocatable :: load(:, :), q(:)
+      real(wp), allocatable :: q(:)
+      real(wp) :: shape(size(load), 1)
       integer :: i
 
-      allocate (load, source=shape)
       if (.not. (is_mechanism(model) .or. any(model%extra%square <= 0.0_wp))) then
-         call flexible%find_static_shapes(0.0_wp, load, shape, error)
+         call flexible%find_static_shapes(0.0_wp, reshape(load, [size(load), 1]), shape, error)
          if (allocated(error)) return
-         call find_static_equilibrium(flexible, contacts, is_active, shape(:, 1), forces, error)
-      else if (allocated(modes)) then
-         call find_slow_balance(modes, model%extra, flexible%row, contacts, is_active, load(:, 1), shape(:, 1), &
-            forces, error)
+         displacement = shape(:, 1)
+         call find_static_equilibrium(flexible, contacts, is_active, displacement, forces, error)
       else
          call find_free_modes(model, free, error)
          if (allocated(error)) return
          allocate (q(size(free%square)))
          call find_slow_balance(free, model%extra, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
-            matmul(load(:, 1), free%mode), q, forces, error)
-         shape(:, 1) = matmul(free%mode, q)
+            matmul(load, free%mode), q, forces, error)
+         displacement = matmul(free%mode, q)
          do i = 1, size(model%supports)
-            if (model%supports(i)%stiffness <= 0.0_wp) shape(model%supports(i)%dof, 1) = 0.0_wp
+            if (model%supports(i)%stiffness <= 0.0_wp) displacement(model%supports(i)%dof) = 0.0_wp
          end do
       end if
    end subroutine find_balance
 
    !> Collect matrices and contact rows.
-   pure subroutine make_flexible(model, supported, modes, contacts, flexible)
+   pure subroutine make_flexible(model, supported, contacts, flexible)
       type(beam_model_t), intent(in) :: model
-      !> The model with its rigid supports fixed, or in modes
+      !> The model with its rigid supports fixed
       type(beam_model_t), intent(in) :: supported
-      !> The modes that are the degrees of freedom; unallocated: they are those of the model
-      type(free_modes_t), allocatable, intent(in) :: modes
       type(contact_t), intent(in) :: contacts(:)
       type(finite_beam_t), intent(out) :: flexible
 
@@ -170,10 +188,6 @@ contains
       flexible%mass = supported%mass
       allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
-         if (allocated(modes)) then
-            flexible%row(:, k) = shape_of_contact(contacts(k), model, modes%mode)
-            cycle
-         end if
          associate (dof => model%stop_dofs(contacts(k)%stop), partner => model%partner_dofs(contacts(k)%stop))
             flexible%row(dof, k) = merge(0.0_wp, contacts(k)%sign, any(model%supports%dof == dof .and. &
                model%supports%stiffness <= 0.0_wp))
@@ -249,31 +263,6 @@ contains
       call solve_factorised(factors, displacement)
       call solve_factorised(factors, velocity)
    end subroutine set_in_motion
-
-   !> Initial velocities of modes, and for a mode or a table initial displacements.
-   pure subroutine set_modes_in_motion(model, modes, start, displacement, velocity)
-      type(beam_model_t), intent(in) :: model
-      type(free_modes_t), intent(in) :: modes
-      type(start_settings_t), intent(in) :: start
-      !> Displacements of the modes, [modes]
-      real(wp), intent(inout) :: displacement(:)
-      !> Velocities of the modes, [modes]
-      real(wp), intent(inout) :: velocity(:)
-
-      ! momenta of the degrees of freedom
-      real(wp) :: momentum(model%mass%order, 2)
-
-      if (is_in_mode(start)) then
-         associate (tip => modes%mode(modes%tip_dof, start%mode))
-            if (start%kind == start_mode) displacement(start%mode) = start%displacement/tip
-            velocity(start%mode) = start%velocity/tip
-         end associate
-         return
-      end if
-      call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
-      displacement = matmul(momentum(:, 1), modes%mode)
-      velocity = matmul(momentum(:, 2), modes%mode)
-   end subroutine set_modes_in_motion
 
    !> Close the contacts that carry the beam at the start, are hit at the start, or have a compressive reaction.
    pure subroutine begin_at_contacts(run, response)

@@ -41,7 +41,7 @@ module newmark_stepper
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
    public :: make_newmark_stepper, make_factors, solve_for_row, solve_mass_for_row, predict_step, finish_step
-   public :: restart_acceleration, copy_state, impose_row_value, place_points_in_column, modal_row
+   public :: restart_acceleration, copy_state, impose_row_value, place_points_in_column
 
    !> Maximum number of halvings of a step.
    integer, parameter :: deepest_level = 40

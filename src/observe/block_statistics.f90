@@ -91,7 +91,8 @@ contains
 
       sums(:, first:last) = 0.0_wp
       sums(sum_time, first:last) = length
-      sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration], first:last) = -huge(1.0_wp)
+      sums([maximum_displacement, maximum_tip, maximum_acceleration, maximum_tip_acceleration], first:last) = &
+         -huge(1.0_wp)
       sums(minima, first:last) = huge(1.0_wp)
    end subroutine clear_blocks
 

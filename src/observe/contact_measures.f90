@@ -11,8 +11,8 @@ module contact_measures
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use response_types, only: settling_level, response_t, run_measures_t
    use run_measures, only: comes_to_rest, early_part, end_episode, excess_of, finish_accumulator, &
-      gather_measures, record_decay, record_peak, add_contact, add_impulse, accumulator_t
-   use run_settings, only: relay_settings_t
+      gather_measures, open_accumulator, record_decay, record_peak, add_contact, add_impulse, accumulator_t
+   use run_settings, only: relay_settings_t, run_settings_t
    implicit none (type, external)
    private
    public :: measurer_t, measures_t, open_measures, measure_interval, measure_impulse, finish_measures
@@ -49,25 +49,29 @@ module contact_measures
 
 contains
 
-   !> Allocate the measures of a run. The caller opens each accumulator with the contact force at rest.
-   pure subroutine open_measures(contacts, release_contact, is_wanted, max_peaks, measures, relay)
-      !> Number of contacts
-      integer, intent(in) :: contacts
+   !> Open the measures of a run.
+   pure subroutine open_measures(settings, release_contact, is_compliant, start_energy, rest_force, rest_energy, &
+      measures)
+      type(run_settings_t), intent(in) :: settings
       !> Index of the release contact, to which histories refer; 0: there is none
       integer, intent(in) :: release_contact
-      !> Whether measures are requested
-      logical, intent(in) :: is_wanted
-      !> Maximum number of rebounds whose peaks are recorded
-      integer, intent(in) :: max_peaks
+      !> Whether each contact is compliant, [contacts]
+      logical, intent(in) :: is_compliant(:)
+      !> Energy of beam and stops at the start
+      real(wp), intent(in) :: start_energy
+      !> Force of each contact at static equilibrium, [contacts]
+      real(wp), intent(in) :: rest_force(:)
+      !> Energy of beam and stops at static equilibrium; `no_rest`: there is no static equilibrium
+      real(wp), intent(in) :: rest_energy
       type(measures_t), intent(out) :: measures
-      !> Settings of the measures of closings; absent: these measures are not requested
-      type(relay_settings_t), intent(in), optional :: relay
 
-      if (present(relay)) measures%relay = relay
-      measures%is_wanted = is_wanted
-      measures%max_peaks = max_peaks
+      if (allocated(settings%relay)) measures%relay = settings%relay
+      measures%is_wanted = settings%output%measures
+      measures%max_peaks = settings%output%max_peaks
       measures%release_contact = release_contact
-      allocate (measures%of(0:contacts))
+      allocate (measures%of(0:size(is_compliant)))
+      call open_accumulator([.false., is_compliant], start_energy, [0.0_wp, rest_force], rest_energy, &
+         settings%height_ratio, measures%of%accumulator)
    end subroutine open_measures
 
    !> Add an impulse at an instant.

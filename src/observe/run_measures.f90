@@ -61,7 +61,7 @@ module run_measures
 contains
 
    !> Initialise the accumulator of a contact.
-   pure subroutine open_accumulator(is_compliant, start_energy, rest_force, rest_energy, force_scale, accumulator)
+   elemental subroutine open_accumulator(is_compliant, start_energy, rest_force, rest_energy, force_scale, accumulator)
       !> Whether the contact is compliant
       logical, intent(in) :: is_compliant
       !> Energy at the start
