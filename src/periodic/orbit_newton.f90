@@ -8,6 +8,7 @@ module orbit_newton
    use orbit_types, only: orbit_point_t
    use section_map, only: evaluate_map, map_result_t, set_unknowns, section_map_t, unknowns_of
    use section_types, only: section_state_t
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: initial_state_t, solution_t, solve_orbit, find_branch_tangent, doubling_direction, predictor, distance_of
@@ -185,9 +186,7 @@ contains
 
       n = size(last_row) - 1
       allocate (matrix(n + 1, n + 1))
-      do i = 1, n + 1
-         matrix(:n, i) = result%derivative(:, i)*map%unit(i)/map%unit(:n)
-      end do
+      matrix(:n, :) = scaled_derivative(map, result, n + 1)
       do i = 1, n
          matrix(i, i) = matrix(i, i) - 1.0_wp
       end do
@@ -251,13 +250,12 @@ contains
       type(map_result_t), intent(in) :: result
       complex(wp), allocatable, intent(out) :: multiplier(:)
 
-      complex(wp) :: other
       real(wp), allocatable :: matrix(:, :), real_part(:), imaginary_part(:), work(:)
       real(wp), dimension(1, 1) :: left, right
-      integer :: i, info, j, n
+      integer :: info, n
 
       n = size(result%derivative, 1)
-      allocate (matrix(n, n), source=scaled_derivative(map, result))
+      allocate (matrix(n, n), source=scaled_derivative(map, result, n))
       allocate (real_part(n), imaginary_part(n), work(8*n))
       ! a huge value marks multipliers that were not found, so that the orbit counts as unstable
       allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
@@ -265,32 +263,22 @@ contains
       if (.not. all(abs(matrix) < huge(1.0_wp))) return
       call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
       if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
-      ! insertion sort
-      do i = 2, n
-         other = multiplier(i)
-         j = i - 1
-         do while (j > 0)
-            if (abs(multiplier(j)) >= abs(other)) exit
-            multiplier(j + 1) = multiplier(j)
-            j = j - 1
-         end do
-         multiplier(j + 1) = other
-      end do
+      multiplier = multiplier(ascending_order(-abs(multiplier)))
    end subroutine find_multipliers
 
-   !> Derivative of the map with respect to the state, in units of the map.
-   pure function scaled_derivative(map, result) result(matrix)
+   !> Derivative of the map with respect to the state, and perhaps the parameter, in units of the map.
+   pure function scaled_derivative(map, result, columns) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      real(wp) :: matrix(size(result%derivative, 1), size(result%derivative, 1))
+      !> Number of variables; the parameter is the last one
+      integer, intent(in) :: columns
+      real(wp) :: matrix(size(result%derivative, 1), columns)
 
       integer :: i
 
-      associate (n => size(matrix, 1))
-         do i = 1, n
-            matrix(:, i) = result%derivative(:, i)*map%unit(i)/map%unit(:n)
-         end do
-      end associate
+      do i = 1, columns
+         matrix(:, i) = result%derivative(:, i)*map%unit(i)/map%unit(:size(matrix, 1))
+      end do
    end function scaled_derivative
 
    !> Unit direction in which an orbit of twice the period branches off: the eigenvector of the multiplier -1 by inverse
@@ -312,7 +300,7 @@ contains
       n = size(result%derivative, 1)
       allocate (rhs(n, 1), source=1.0_wp)
       do round = 1, rounds
-         allocate (matrix(n, n), source=scaled_derivative(map, result))
+         allocate (matrix(n, n), source=scaled_derivative(map, result, n))
          do i = 1, n
             matrix(i, i) = matrix(i, i) + shift
          end do
