@@ -118,7 +118,7 @@ contains
       allocate (problem%pole(problem%poles + merge(1, 0, creeps)))
       allocate (problem%relative(size(problem%pole)))
       allocate (problem%branch_pole(size(spring)), source=0)
-      call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
+      call find_mode_poles(square, zeta, mass_rate, problem%pole, problem%relative)
       problem%poles = 2*size(square)
       do j = 1, size(spring)
          if (spring(j)%branch_stiffness <= 0.0_wp) cycle

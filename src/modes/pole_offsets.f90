@@ -30,56 +30,14 @@ module pole_offsets
 
 contains
 
-   !> Exponents (poles) of the free modes, two for each mode, side by side.
-   pure subroutine find_mode_poles(squares, zeta, pole, relative, mass_rate)
+   !> Exponents (poles) of the free modes, two for each mode, side by side: the roots of s^2 + (2 zeta W^2 + alpha) s +
+   !> W^2 = 0, so that 1 + 2 zeta s = -s (s + alpha)/W^2.
+   pure subroutine find_mode_poles(squares, zeta, mass_rate, pole, relative)
       !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
       !> Coefficient of stiffness-proportional damping
       real(wp), intent(in) :: zeta
-      !> Poles s, [2 modes at least]
-      complex(wp), intent(inout) :: pole(:)
-      !> 1 + 2 zeta s, [2 modes at least]
-      complex(wp), intent(inout) :: relative(:)
-      !> alpha of damping proportional to mass, or 2 xi W of a damping ratio xi, [modes]; default 0
-      real(wp), intent(in), optional :: mass_rate(:)
-
-      integer :: i
-      real(wp) :: coefficient, square
-
-      if (present(mass_rate)) then
-         if (any(abs(mass_rate) > 0.0_wp)) then
-            call find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
-            return
-         end if
-      end if
-      do i = 1, size(squares)
-         square = squares(i)
-         ! with e = 1 + 2 zeta s, s^2 + 2 zeta W^2 s + W^2 = 0 becomes e^2 + 2 coefficient e + 1 = 0
-         coefficient = 2.0_wp*zeta**2*square - 1.0_wp
-         associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
-            if (coefficient > 1.0_wp) then
-               ! overdamped: the two values of e are real and reciprocals of each other
-               e(1) = -1.0_wp/(coefficient + sqrt((coefficient - 1.0_wp)*(coefficient + 1.0_wp)))
-               e(2) = 1.0_wp/e(1)
-               p = (e - 1.0_wp)/(2.0_wp*zeta)
-            else
-               p(1) = cmplx(-zeta*square, &
-                  sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
-               p(2) = conjg(p(1))
-               e = 1.0_wp + 2.0_wp*zeta*p
-            end if
-         end associate
-      end do
-   end subroutine find_mode_poles
-
-   !> `find_mode_poles` with damping proportional to mass, or given mode by mode: s^2 + (2 zeta W^2 + alpha) s + W^2 =
-   !> 0, so that 1 + 2 zeta s = -s (s + alpha)/W^2.
-   pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
-      !> W_i^2, [modes]
-      real(wp), intent(in) :: squares(:)
-      !> Coefficient of stiffness-proportional damping
-      real(wp), intent(in) :: zeta
-      !> alpha, [modes]
+      !> alpha of damping proportional to mass, or 2 xi W of a damping ratio xi, [modes]
       real(wp), intent(in) :: mass_rate(:)
       !> Poles s, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
@@ -106,7 +64,7 @@ contains
             end if
          end associate
       end do
-   end subroutine find_poles_with_mass
+   end subroutine find_mode_poles
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)
