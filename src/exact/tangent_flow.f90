@@ -11,7 +11,7 @@ module tangent_flow
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
    use exponential_differences, only: exponential_difference
-   use forced_responses, only: forced_rows_at
+   use forced_responses, only: find_rows_at
    use kinds, only: wp
    use load_courses, only: load_segment_at, load_segment_t
    use load_settings, only: course_harmonic, time_course_t
@@ -102,10 +102,11 @@ contains
          integer, intent(in) :: rows(:)
          real(wp) :: values(size(rows))
 
+         real(wp) :: rate(1)
          integer :: i
 
          do i = 1, size(rows)
-            values(i:i) = forced_rows_at(now%set%forced, now%forced, rows(i), rows(i), time, 0)
+            call find_rows_at(now%set%forced, now%forced, rows(i), rows(i), time, values(i:i), rate)
          end do
       end function row_at
    end subroutine find_rates

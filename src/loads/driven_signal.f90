@@ -4,7 +4,7 @@ module driven_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, bounds_t, search_t, term_columns, &
       term_curvature, term_rate, term_value, transformable_signal_t
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
-   use exponential_signal, only: exponential_signal_t
+   use exponential_signal, only: exponential_signal_t, insert_term
    use kinds, only: wp
    use modal_signal, only: modal_signal_t
    implicit none (type, external)
@@ -442,23 +442,12 @@ contains
       type(driven_terms_t), intent(in) :: terms
       type(exponential_signal_t), intent(inout) :: sum
 
-      complex(wp), dimension(size(sum%exponent) + size(terms%frequency)) :: exponent, amplitude
-      integer :: i, last, slower
+      integer :: i
 
       sum%offset = sum%offset + terms%constant
-      last = size(sum%exponent)
-      exponent(:last) = sum%exponent
-      amplitude(:last) = sum%amplitude
       do i = 1, size(terms%frequency)
-         slower = count(real(exponent(:last), wp)**2 + aimag(exponent(:last))**2 < terms%frequency(i)**2)
-         exponent(slower + 2:last + 1) = exponent(slower + 1:last)
-         amplitude(slower + 2:last + 1) = amplitude(slower + 1:last)
-         exponent(slower + 1) = cmplx(0.0_wp, terms%frequency(i), wp)
-         amplitude(slower + 1) = terms%harmonic(i)
-         last = last + 1
+         call insert_term(cmplx(0.0_wp, terms%frequency(i), wp), terms%harmonic(i), sum)
       end do
-      sum%exponent = exponent
-      sum%amplitude = amplitude
    end subroutine add_harmonics
 
 end module driven_signal

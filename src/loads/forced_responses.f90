@@ -22,7 +22,7 @@ module forced_responses
    implicit none (type, external)
    private
    public :: unit_responses_t, forced_response_t, make_unit_responses, start_forced_response, &
-      forced_rows_at, find_rows_at
+      find_rows_at
    public :: response_at, by_constant, by_harmonic
 
    !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest. The bounds
@@ -410,26 +410,6 @@ contains
          end associate
       end do
    end subroutine start_modes
-
-   !> Rows of the load response at a time from the start of the phase, or their rates.
-   pure function forced_rows_at(set, forced, first, last, time, order) result(values)
-      type(unit_responses_t), intent(in) :: set
-      type(forced_response_t), intent(in) :: forced
-      !> Index of the first row
-      integer, intent(in) :: first
-      !> Index of the last row
-      integer, intent(in) :: last
-      real(wp), intent(in) :: time
-      !> 0: the rows, 1: their rates
-      integer, intent(in) :: order
-      real(wp) :: values(last - first + 1)
-
-      real(wp), dimension(last - first + 1) :: rows, rates
-
-      call find_rows_at(set, forced, first, last, time, rows, rates)
-      if (order == 0) values = rows
-      if (order > 0) values = rates
-   end function forced_rows_at
 
    !> Rows of the load response at a time since the start of the phase, and their rates.
    pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, phasor)

@@ -11,7 +11,7 @@ module exponential_signal
    use zero_free_steps, only: taylor_step, zero_free_step
    implicit none (type, external)
    private
-   public :: exponential_signal_t, add_decay
+   public :: exponential_signal_t, insert_term, add_decay
 
    !> offset + Re sum c exp(s t).
    type, extends(transformable_signal_t) :: exponential_signal_t
@@ -36,14 +36,21 @@ contains
       real(wp), intent(in) :: decay
       type(exponential_signal_t), intent(inout) :: signal
 
-      real(wp) :: rate
+      call insert_term(cmplx(-min(decay, huge(1.0_wp)), 0.0_wp, wp), cmplx(amplitude, 0.0_wp, wp), signal)
+   end subroutine add_decay
+
+   !> Insert a term, so that the magnitudes of the exponents remain in increasing order.
+   pure subroutine insert_term(exponent, amplitude, signal)
+      complex(wp), intent(in) :: exponent
+      complex(wp), intent(in) :: amplitude
+      type(exponential_signal_t), intent(inout) :: signal
+
       integer :: slower
 
-      rate = min(decay, huge(1.0_wp))
-      slower = count(abs(signal%exponent) < rate)
-      signal%exponent = [signal%exponent(:slower), cmplx(-rate, 0.0_wp, wp), signal%exponent(slower + 1:)]
-      signal%amplitude = [signal%amplitude(:slower), cmplx(amplitude, 0.0_wp, wp), signal%amplitude(slower + 1:)]
-   end subroutine add_decay
+      slower = count(abs(signal%exponent) < abs(exponent))
+      signal%exponent = [signal%exponent(:slower), exponent, signal%exponent(slower + 1:)]
+      signal%amplitude = [signal%amplitude(:slower), amplitude, signal%amplitude(slower + 1:)]
+   end subroutine insert_term
 
    !> The signal and its slope at an instant.
    subroutine evaluate(self, t, value, slope)
@@ -228,7 +235,7 @@ contains
       class(transformable_signal_t), allocatable, intent(out) :: transformed
 
       type(exponential_signal_t), allocatable :: exponential
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, exp_real, exp_imag
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, c_real, c_imag, exp_real, exp_imag
 
       allocate (exponential)
       exponential%offset = offset
@@ -237,14 +244,10 @@ contains
       allocate (exponential%amplitude, source=factor*self%amplitude)
       if (order == 1) exponential%amplitude(:) = exponential%amplitude*self%exponent
       if (from > 0.0_wp) then
-         associate (n => size(self%exponent))
-            decay(n + 1:) = 0.0_wp
-            omega(n + 1:) = 0.0_wp
-            decay(:n) = -real(self%exponent, wp)
-            omega(:n) = aimag(self%exponent)
-            call exponentials(size(decay)/lanes, decay, omega, from, exp_real, exp_imag)
-            exponential%amplitude(:) = exponential%amplitude*cmplx(exp_real(:n), exp_imag(:n), wp)
-         end associate
+         call copy_to_vectors(self, decay, omega, c_real, c_imag)
+         call exponentials(size(decay)/lanes, decay, omega, from, exp_real, exp_imag)
+         exponential%amplitude(:) = exponential%amplitude*cmplx(exp_real(:size(self%exponent)), &
+            exp_imag(:size(self%exponent)), wp)
       end if
       call move_alloc(exponential, transformed)
    end subroutine transform
