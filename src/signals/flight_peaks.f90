@@ -3,7 +3,8 @@
 module flight_peaks
    use certified_search, only: bounds_t, history_size, search_history_t, transformable_signal_t
    use kinds, only: wp
-   use row_signals, only: bernstein_coefficients, monomial_coefficients
+   use row_peaks, only: highest_point
+   use row_signals, only: bernstein_coefficients
    use signal_peaks, only: peak_tolerance
    implicit none (type, external)
    private
@@ -84,7 +85,11 @@ contains
       if (place == 0) return
       from = history%time(place)
       to = history%time(place + 1)
-      time = from + (to - from)*expected_maximum(to - from, history%bounds(place), history%bounds(place + 1))
+      associate (earlier => history%bounds(place), later => history%bounds(place + 1))
+         ! the quintic through the values, slopes and second derivatives of both evaluations
+         time = from + (to - from)*highest_point(bernstein_coefficients([earlier%value, earlier%slope, &
+            earlier%curvature], [later%value, later%slope, later%curvature], to - from))
+      end associate
       do k = 1, max_evaluations
          ! `bounds` of order 1: `value` is the slope of the signal, `slope` its second, `curvature` its third derivative
          call signal%find_bounds(time, 1, bounds, needs_step=.false.)
@@ -148,39 +153,6 @@ contains
       radicand = bounds%slope**2 - 2.0_wp*bounds%value*bounds%curvature
       if (bounds%slope < 0.0_wp .and. radicand > 0.0_wp) step = 2.0_wp*bounds%value/(sqrt(radicand) - bounds%slope)
    end function step_to_maximum
-
-   !> Maximum of the quintic through the values, slopes and second derivatives of two evaluations, as a fraction of
-   !> their distance in time, by Newton steps from the maximum of the cubic through the values and slopes.
-   pure real(wp) function expected_maximum(distance, earlier, later) result(fraction)
-      real(wp), intent(in) :: distance
-      !> The earlier evaluation, at which the signal rises
-      type(bounds_t), intent(in) :: earlier
-      !> The later evaluation, at which the signal falls
-      type(bounds_t), intent(in) :: later
-
-      ! coefficients of the powers of the fraction
-      real(wp) :: c(0:5)
-      real(wp) :: bend, mean, middle, refined
-      integer :: round
-
-      mean = (later%value - earlier%value)/distance
-      ! at fraction x the cubic has the slope earlier%slope + 2 middle x + bend x^2
-      middle = 3.0_wp*mean - 2.0_wp*earlier%slope - later%slope
-      bend = 3.0_wp*(earlier%slope + later%slope - 2.0_wp*mean)
-      fraction = earlier%slope/(sqrt(max(middle**2 - bend*earlier%slope, 0.0_wp)) - middle)
-      if (.not. (fraction > 0.0_wp .and. fraction < 1.0_wp)) fraction = 0.5_wp
-      c = monomial_coefficients(bernstein_coefficients([earlier%value, earlier%slope, earlier%curvature], &
-         [later%value, later%slope, later%curvature], distance))
-      refined = fraction
-      do round = 1, 3
-         bend = 2.0_wp*c(2) + refined*(6.0_wp*c(3) + refined*(12.0_wp*c(4) + refined*20.0_wp*c(5)))
-         if (.not. bend < 0.0_wp) return
-         refined = refined - (c(1) + refined*(2.0_wp*c(2) + refined*(3.0_wp*c(3) + refined*(4.0_wp*c(4) &
-            + refined*5.0_wp*c(5)))))/bend
-         if (.not. (refined > 0.0_wp .and. refined < 1.0_wp)) return
-      end do
-      fraction = refined
-   end function expected_maximum
 
    !> Whether a signal certainly stays below a level between two evaluations. The time between them is divided at one of
    !> 17 instants. Before this instant a cubic from the earlier evaluation lies above the signal, after this instant a

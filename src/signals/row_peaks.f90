@@ -9,7 +9,7 @@ module row_peaks
       monomial_coefficients, row_path_t, row_signal_t
    implicit none (type, external)
    private
-   public :: max_on_path, range_on_path, state_on_path, peak_tolerance
+   public :: max_on_path, range_on_path, state_on_path, highest_point, peak_tolerance
 
    !> The search misses a peak only if it exceeds the maximum found in the same phase by less than this fraction.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
