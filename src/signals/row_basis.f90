@@ -155,20 +155,12 @@ contains
       !> The same after the step, [padded terms, 2]
       real(wp), contiguous, intent(out) :: later(:, :)
 
-      integer :: i
-
       if (.not. basis%has_power(step)) then
          call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, 2.0_wp**step, basis%power(:, 1, step), &
             basis%power(:, 2, step))
          basis%has_power(step) = .true.
       end if
-      associate (power => basis%power)
-         !$omp simd
-         do i = 1, size(z, 1)
-            later(i, 1) = z(i, 1)*power(i, 1, step) - z(i, 2)*power(i, 2, step)
-            later(i, 2) = z(i, 1)*power(i, 2, step) + z(i, 2)*power(i, 1, step)
-         end do
-      end associate
+      call multiply(basis%power(:, :, step), z, later)
    end subroutine advance
 
    !> Amplitudes z after any time: z exp(s time).
@@ -180,16 +172,26 @@ contains
       !> The same after the step, [padded terms, 2]
       real(wp), contiguous, intent(out) :: later(:, :)
 
-      real(wp), dimension(size(z, 1)) :: power, power_imag
+      real(wp) :: power(size(z, 1), 2)
+
+      call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, time, power(:, 1), power(:, 2))
+      call multiply(power, z, later)
+   end subroutine advance_by
+
+   !> Products of complex numbers, each as real and imaginary part, [numbers, 2].
+   pure subroutine multiply(a, b, product)
+      real(wp), contiguous, intent(in) :: a(:, :)
+      real(wp), contiguous, intent(in) :: b(:, :)
+      real(wp), contiguous, intent(out) :: product(:, :)
+
       integer :: i
 
-      call exponentials(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, power_imag)
       !$omp simd
-      do i = 1, size(z, 1)
-         later(i, 1) = z(i, 1)*power(i) - z(i, 2)*power_imag(i)
-         later(i, 2) = z(i, 1)*power_imag(i) + z(i, 2)*power(i)
+      do i = 1, size(b, 1)
+         product(i, 1) = b(i, 1)*a(i, 1) - b(i, 2)*a(i, 2)
+         product(i, 2) = b(i, 1)*a(i, 2) + b(i, 2)*a(i, 1)
       end do
-   end subroutine advance_by
+   end subroutine multiply
 
    !> All rows and their first three derivatives.
    pure subroutine evaluate_rows(basis, z, rows)
