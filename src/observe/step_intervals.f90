@@ -179,7 +179,7 @@ contains
       ! both ends of the span and up to two turning points between them, as fractions of the span
       real(wp) :: s(4)
       real(wp) :: bounds(2), value
-      integer :: k, turn_count
+      integer :: count, k
 
       associate (unused => search_state)
       end associate
@@ -191,17 +191,15 @@ contains
       associate (c => cubic%c)
          if (.not. max(c(0), c(0) + c(1)/3.0_wp, c(0) + (2.0_wp*c(1) + c(2))/3.0_wp, sum(c)) > known) return
       end associate
-      call find_turns(cubic, turn_count, s(2:3))
-      s(1) = 0.0_wp
-      s(turn_count + 2) = 1.0_wp
+      call find_turns(cubic, count, s)
       peak%value = known
-      do k = 1, turn_count + 2
+      do k = 1, count
          value = value_at(cubic, s(k))
          if (.not. value > peak%value) cycle
          peak%is_found = .true.
          peak%value = value
          peak%time = span(1) + s(k)*(span(2) - span(1))
-         peak%still_rises = k == turn_count + 2
+         peak%still_rises = k == count
       end do
    end subroutine seek_peak
 
@@ -216,17 +214,16 @@ contains
       integer(i8), intent(inout) :: evaluations
 
       type(cubic_t) :: cubic
-      ! turning points, then the end of the span
-      real(wp) :: turn(3)
-      integer :: k, turn_count
+      ! the ends of the span and turning points between them
+      real(wp) :: turn(4)
+      integer :: count, k
 
       cubic = cubic_of_row(self, row, span)
       evaluations = evaluations + 1_i8
-      call find_turns(cubic, turn_count, turn(:2))
-      turn(turn_count + 1) = 1.0_wp
+      call find_turns(cubic, count, turn)
       is_found = .false.
       time = span(2)
-      do k = 1, turn_count
+      do k = 2, count - 1
          ! the turning point at the beginning of the span may appear inside it by rounding
          if (direction /= 0 .and. turn(k) < 1.0e-9_wp) cycle
          is_found = .true.
@@ -336,17 +333,15 @@ contains
 
       type(cubic_t) :: cubic
       real(wp) :: points(4)
-      integer :: k, turn_count
+      integer :: count, k
 
       cubic = cubic_of(self%ends(1:2), self%length*self%ends(3:4))
-      call find_turns(cubic, turn_count, points(2:3))
-      points(1) = 0.0_wp
-      points(turn_count + 2) = 1.0_wp
+      call find_turns(cubic, count, points)
       is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
       ! the last of these times counts; if points(k + 1) is above the level too, the next time replaces this time
-      do k = 1, turn_count + 1
+      do k = 1, count - 1
          if (abs(value_at(cubic, points(k))) > level) time = self%length*crossing(cubic, level, points(k), &
             points(k + 1))
       end do
@@ -395,14 +390,11 @@ contains
    pure real(wp) function maximum_of(cubic) result(maximum)
       type(cubic_t), intent(in) :: cubic
 
-      real(wp) :: turn(2)
-      integer :: k, turn_count
+      real(wp) :: points(4)
+      integer :: count, k
 
-      maximum = max(cubic%c(0), sum(cubic%c))
-      call find_turns(cubic, turn_count, turn)
-      do k = 1, turn_count
-         maximum = max(maximum, value_at(cubic, turn(k)))
-      end do
+      call find_turns(cubic, count, points)
+      maximum = maxval([(value_at(cubic, points(k)), k=1, count)])
    end function maximum_of
 
    !> The point at which |cubic| falls through a level, between a point above the level and a point not above it,
@@ -443,13 +435,14 @@ contains
       rate = cubic%c(1) + s*(2.0_wp*cubic%c(2) + 3.0_wp*s*cubic%c(3))
    end function rate_at
 
-   !> Turning points of a cubic within 0 < s < 1: the roots of c1 + 2 c2 s + 3 c3 s^2, without cancellation.
-   pure subroutine find_turns(cubic, turn_count, turn)
+   !> The points at which a cubic may be greatest or least for 0 <= s <= 1: the ends and the turning points between
+   !> them, the roots of c1 + 2 c2 s + 3 c3 s^2, without cancellation.
+   pure subroutine find_turns(cubic, count, points)
       type(cubic_t), intent(in) :: cubic
-      !> Number of turning points, 0 to 2
-      integer, intent(out) :: turn_count
-      !> Turning points, ascending
-      real(wp), intent(out) :: turn(2)
+      !> Number of points, 2 to 4
+      integer, intent(out) :: count
+      !> The points, ascending; 1 beyond their number
+      real(wp), intent(out) :: points(4)
 
       integer :: k
       ! a quarter of the discriminant of the slope
@@ -458,8 +451,8 @@ contains
       real(wp) :: root_numerator
       real(wp) :: root(2)
 
-      turn_count = 0
-      turn = 0.0_wp
+      count = 2
+      points = [0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp]
       associate (c => cubic%c)
          discriminant = c(2)**2 - 3.0_wp*c(1)*c(3)
          if (discriminant <= 0.0_wp) return
@@ -472,8 +465,8 @@ contains
       if (root(1) > root(2)) root = root([2, 1])
       do k = 1, 2
          if (root(k) <= 0.0_wp .or. root(k) >= 1.0_wp) cycle
-         turn_count = turn_count + 1
-         turn(turn_count) = root(k)
+         points(count) = root(k)
+         count = count + 1
       end do
    end subroutine find_turns
 
