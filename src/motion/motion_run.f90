@@ -195,9 +195,9 @@ contains
       if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. has_single_contact .and. &
          is_rigid(settings%stop))) then
          call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: " &
-            //"that needs method = 'exact', one rigid stop below the beam with a release from it, neither supports " &
-            //'along the beam nor loads, and damping by zeta alone; or a tip mass at a stop at the tip; else take ' &
-            //"'consistent' or 'auto'")
+            //"that needs method = 'exact', one rigid stop below the beam with a release from it, no supports " &
+            //'along the beam, loads, &stress or &statistics, and damping by zeta alone; or a tip mass at a stop at ' &
+            //"the tip; else take 'consistent' or 'auto'")
          return
       end if
       if (settings%stop%impulse == impulse_nodal .and. settings%response%mode_count > 0 .and. &
