@@ -71,6 +71,9 @@ contains
          store => sets
       else
          allocate (own_sets)
+         ! the number of modes of the run is nearly always that of the last trial or of the last but one: memory of
+         ! earlier trials is used again
+         own_sets%max_others = 2
          store => own_sets
       end if
       common_modes => own_modes
@@ -120,8 +123,17 @@ contains
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
       !> Contact sets that trial runs share with other runs
-      type(set_store_t), target, intent(inout) :: sets
+      type(set_store_t), target, intent(inout), optional :: sets
 
+      type(set_store_t), allocatable, target :: own_sets
+      type(set_store_t), pointer :: store
+
+      if (present(sets)) then
+         store => sets
+      else
+         allocate (own_sets)
+         store => own_sets
+      end if
       check%all_modes = number_of_modes(model)
       if (settings%response%mode_count > 0) then
          lowest = 0
@@ -137,7 +149,7 @@ contains
          lowest = 0
          if (check%all_modes > max_all_modes .and. &
             .not. (needs_all_modes(settings) .or. has_stiff_node(common_modes))) then
-            call try_numbers(model, settings, common_modes, sets, modes, lowest, check, error)
+            call try_numbers(model, settings, common_modes, store, modes, lowest, check, error)
          end if
       else if (lowest > 0) then
          allocate (modes)

@@ -126,15 +126,13 @@ contains
       type(free_modes_t), intent(in), optional :: shared
 
       type(free_modes_t), allocatable :: chosen
-      type(set_store_t) :: sets
 
       settings_in_modes = settings
       ! trial runs are made by exact motion
       settings_in_modes%response%method = method_exact
       if (present(shared)) modes = shared
       if (.not. allocated(modes%lambda)) call find_common_modes(model, settings_in_modes, modes, error)
-      if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, lowest, check, &
-         error, sets)
+      if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, lowest, check, error)
       if (allocated(error)) return
       settings_in_modes%response%method = method_newmark
       if (allocated(chosen)) modes = chosen

@@ -106,7 +106,7 @@ contains
       call find_common_modes(model, settings, map%modes, error)
       if (allocated(error)) return
       lowest = unknown_modes
-      call choose_modes(model, settings, map%modes, chosen, lowest, check, error, map%sets)
+      call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) map%modes = chosen
       mode_count = check%retained

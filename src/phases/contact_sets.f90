@@ -86,6 +86,8 @@ module contact_sets
    integer, parameter :: max_sets = 1024
    !> Maximum size of the stored sets, bytes.
    real(wp), parameter :: max_bytes = 1.0e8_wp
+   !> Maximum size of the stored sets of each other beam, bytes.
+   real(wp), parameter :: max_other_bytes = 2.5e7_wp
 
    !> Element of an array of pointers to contact sets, with a number that depends on the closed contacts.
    type :: set_pointer_t
@@ -93,9 +95,8 @@ module contact_sets
       integer(i8) :: key = 0_i8
    end type set_pointer_t
 
-   !> Contact sets of the present run, reused by later runs with the same beam, damping and stops. A full store drops
-   !> its oldest sets.
-   type :: set_store_t
+   !> Contact sets of one beam and its contacts.
+   type :: beam_sets_t
       private
       type(free_beam_t) :: beam
       logical, allocatable :: is_rigid(:)
@@ -103,6 +104,17 @@ module contact_sets
       !> Unallocated: no set was made yet
       type(set_pointer_t), allocatable :: sets(:)
       integer :: count = 0
+   end type beam_sets_t
+
+   !> Contact sets of the present run, reused by later runs with the same beam, damping and stops. A full store drops
+   !> its oldest sets.
+   type, extends(beam_sets_t) :: set_store_t
+      private
+      !> Sets of other beams, the last used first: trial runs, and runs of a sweep, alternate among a few numbers of
+      !> modes
+      type(beam_sets_t), allocatable :: others(:)
+      !> Maximum number of these other beams
+      integer, public :: max_others = 8
       !> Number of runs so far
       integer :: run = 0
       !> Number of requests for sets so far
@@ -110,7 +122,7 @@ module contact_sets
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
    contains
-      final :: drop_sets
+      final :: drop_all
    end type set_store_t
 
 contains
@@ -125,6 +137,15 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(set_store_t), intent(inout) :: store
 
+      integer :: i
+
+      if (store%run > 0 .and. .not. is_reusable(store, beam, is_rigid, spring)) then
+         if (.not. allocated(store%others)) allocate (store%others(store%max_others))
+         do i = 1, store%max_others
+            if (is_reusable(store%others(i), beam, is_rigid, spring)) exit
+         end do
+         call exchange(store, i)
+      end if
       if (.not. is_reusable(store, beam, is_rigid, spring)) then
          call drop_sets(store)
          store%is_rigid = is_rigid
@@ -145,9 +166,28 @@ contains
       store%in_use => null()
    end subroutine start_sets
 
+   !> Move the sets of the present beam to `others`, and make those of another beam, or none, the present ones.
+   subroutine exchange(store, place)
+      type(set_store_t), intent(inout) :: store
+      !> Index of the other beam in `others`; if it exceeds their number, no sets become present, and those of the last
+      !> beam are deallocated
+      integer, intent(in) :: place
+
+      type(beam_sets_t) :: taken
+      integer :: last
+
+      last = min(place, size(store%others))
+      if (place > last) call drop_sets(store%others(last))
+      taken = store%others(last)
+      store%others(2:last) = store%others(1:last - 1)
+      store%others(1) = store%beam_sets_t
+      if (bytes_in(store) > max_other_bytes) call drop_sets(store%others(1))
+      store%beam_sets_t = taken
+   end subroutine exchange
+
    !> Whether the sets of a store suit these contacts; heights of contacts and the damping of the beam are not compared.
    pure logical function is_reusable(store, beam, is_rigid, spring) result(answer)
-      type(set_store_t), intent(in) :: store
+      class(beam_sets_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
       type(dynamic_stiffness_t), intent(in) :: spring(:)
@@ -278,9 +318,9 @@ contains
       end do
    end subroutine make_room
 
-   !> Memory of the large arrays of all sets, in bytes.
+   !> Memory of the large arrays of all sets of the present beam, in bytes.
    pure real(wp) function bytes_in(store) result(bytes)
-      type(set_store_t), intent(in) :: store
+      class(beam_sets_t), intent(in) :: store
 
       integer :: i
 
@@ -303,8 +343,21 @@ contains
    end function bytes_of
 
    !> Deallocate all sets.
-   subroutine drop_sets(store)
+   subroutine drop_all(store)
       type(set_store_t), intent(inout) :: store
+
+      integer :: i
+
+      call drop_sets(store)
+      if (.not. allocated(store%others)) return
+      do i = 1, size(store%others)
+         call drop_sets(store%others(i))
+      end do
+   end subroutine drop_all
+
+   !> Deallocate the sets of one beam.
+   subroutine drop_sets(store)
+      class(beam_sets_t), intent(inout) :: store
 
       integer :: i
 
@@ -331,7 +384,7 @@ contains
    !> Make the set of a combination of closed contacts.
    subroutine make_set(store, is_closed, set, error)
       !> The set is the last one
-      type(set_store_t), intent(in) :: store
+      class(beam_sets_t), intent(in) :: store
       logical, intent(in) :: is_closed(:)
       type(contact_set_t), target, intent(inout) :: set
       type(failure_t), allocatable, intent(inout) :: error
