@@ -4,7 +4,6 @@ module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
-   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
@@ -14,6 +13,7 @@ module frequency_response
    use point_groups, only: contact_points, extra_points, in_degrees, put_amplitudes
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
+   use run_models, only: complete_model
    use run_settings, only: run_settings_t
    use scene_types, only: frequency_response_settings_t, scene_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
@@ -73,7 +73,7 @@ contains
       ordered = settings
       call select_modes(mode_count, modes, ordered)
       whole = model
-      call add_extra_dofs(settings, whole)
+      call complete_model(settings, whole)
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(whole, settings, loads)
       associate (mode => modes%mode, square => modes%square, extra => size(whole%extra))

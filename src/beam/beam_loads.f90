@@ -52,7 +52,7 @@ module beam_loads
 contains
 
    !> Inertia forces under a base acceleration of -1, M_b in docs/theory.md: the mass matrix that also has the columns
-   !> of the root, times a unit translation of all nodes and extra degrees of freedom.
+   !> of the root, times a unit translation of all nodes, and the masses besides those of the mesh.
    pure function base_mass_vector(model) result(vector)
       type(beam_model_t), intent(in) :: model
       !> Forces on the degrees of freedom, [order of the model]
@@ -61,7 +61,7 @@ contains
       integer :: i
 
       allocate (vector, source=inertia_of_motion(model, [(1.0_wp, i=0, model%mesh%elements)]))
-      vector(size(vector) - size(model%extra) + 1:) = model%extra%mass
+      if (allocated(model%lumped_mass)) vector = vector + model%lumped_mass
    end function base_mass_vector
 
    !> Inertia forces under an angular acceleration of the base of -1 about the root: the mass matrix that also has the

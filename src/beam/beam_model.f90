@@ -13,7 +13,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
-   public :: element_dofs, is_mechanism, node_dofs, has_pinned_root, constrain_supports, static_shape
+   public :: element_dofs, is_mechanism, moves_freely, node_dofs, has_pinned_root, constrain_supports, static_shape
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
    type :: beam_support_t
@@ -61,9 +61,14 @@ module beam_model
       integer, allocatable :: stop_dofs(:)
       !> Degree of freedom of the surface of each stop, which moves with it; 0: the surface is fixed, [stops]
       integer, allocatable :: partner_dofs(:)
-      !> Degrees of freedom besides those of the beam, the last of K and M (module `extra_dofs`); of size 0 if there are
+      !> Degrees of freedom besides those of the beam, the last of K and M (module `run_models`); of size 0 if there are
       !> none
       type(extra_dof_t), allocatable :: extra(:)
+      !> Masses besides those of the mesh that a translation of the base moves; unallocated: there are none, [order]
+      real(wp), allocatable :: lumped_mass(:)
+      !> Damping rate of each degree of freedom, over omega1, instead of the damping of the beam; negative: there is no
+      !> such rate. Unallocated: none has such a rate, [order]
+      real(wp), allocatable :: own_rate(:)
       type(beam_root_t) :: root
       !> Degrees of freedom of y and dy/dx at x = 0; 0: constrained
       integer :: root_dofs(2) = 0
@@ -215,6 +220,13 @@ contains
 
       answer = has_pinned_root(model) .and. size(model%supports) == 0
    end function is_mechanism
+
+   !> Whether a part of the model can move without strain.
+   pure logical function moves_freely(model) result(answer)
+      type(beam_model_t), intent(in) :: model
+
+      answer = is_mechanism(model) .or. any(model%extra%square <= 0.0_wp)
+   end function moves_freely
 
    !> The beam with its rigid supports constrained: each of their degrees of freedom becomes an oscillator of its own (1
    !> on both diagonals), which remains at rest if no force acts on it. An eigen-solver would find its eigenvalue 1.

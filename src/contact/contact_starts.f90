@@ -2,20 +2,18 @@
 !> contacts, the refusal of starts with penetration, and the projection of penetrations by rounding onto the contact
 !> surfaces. Each integration method supplies its coordinates by extending `flexible_beam_t`.
 module contact_starts
-   use beam_model, only: beam_model_t
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
-   use free_modes, only: free_modes_t, max_rigid_square
+   use free_modes, only: free_modes_t, max_rigid_square, mover_of
    use kinds, only: wp
    use number_text, only: to_text
    use point_forces, only: find_point_forces
-   use run_settings, only: extra_dof_t
    use stop_contacts, only: penetrates, contact_t
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: flexible_beam_t, find_static_equilibrium, find_slow_balance, find_static_forces, check_start, &
-      check_gaps, check_mode_count, move_onto_contacts, place_extra_dofs
+      check_gaps, check_mode_count, move_onto_contacts
 
    !> Maximum relative tension or penetration of a contact that counts as rounding error in `find_slow_balance`.
    real(wp), parameter :: balance_tolerance = 1.0e-10_wp
@@ -86,10 +84,8 @@ contains
    !> spring) exceeds that of all other modes by orders of magnitude. Subsets of contacts are tried as bilateral
    !> supports until the violation (tension in a contact of the subset, or penetration of another contact) is within
    !> rounding error. The subset with the smallest violation is used.
-   subroutine find_slow_balance(modes, extra, row, contacts, is_active, load, q, forces, error)
+   subroutine find_slow_balance(modes, row, contacts, is_active, load, q, forces, error)
       type(free_modes_t), intent(in) :: modes
-      !> The extra degrees of freedom among those of the modes
-      type(extra_dof_t), intent(in) :: extra(:)
       !> Rows of the contacts over the modes, [modes, contacts]
       real(wp), intent(in) :: row(:, :)
       type(contact_t), intent(in) :: contacts(:)
@@ -121,7 +117,6 @@ contains
       integer :: choice
       integer :: k
       logical :: is_singular
-      character(:), allocatable :: mover
 
       place = pack([(k, k=1, size(is_active))], is_active)
       min_violation = max_violation
@@ -156,11 +151,7 @@ contains
       do k = 1, size(load)
          if (modes%square(k) > max_rigid_square .or. abs(load(k)) <= 0.0_wp) cycle
          if (any(forces > 0.0_wp .and. abs(row(k, :)) > 0.0_wp)) cycle
-         mover = 'the beam, which turns freely about its root'
-         if (allocated(modes%extra)) then
-            if (modes%extra(k) > 0) mover = trim(extra(modes%extra(k))%name)//', which moves freely'
-         end if
-         call fail(error, status_bad_input, 'nothing carries '//mover//': it has no balance to start in')
+         call fail(error, status_bad_input, 'nothing carries '//mover_of(modes, k)//': it has no balance to start in')
          return
       end do
    end subroutine find_slow_balance
@@ -189,58 +180,24 @@ contains
       call solve_complementarity(compliance, gap, forces, is_loaded)
    end subroutine find_static_forces
 
-   !> Set the extra degrees of freedom at the start, after those of the beam. If the run starts in equilibrium, only
-   !> their velocities are set.
-   pure subroutine place_extra_dofs(model, is_in_equilibrium, displacement, velocity, modes)
-      type(beam_model_t), intent(in) :: model
-      logical, intent(in) :: is_in_equilibrium
-      !> Displacements, [degrees of freedom, or modes]
-      real(wp), intent(inout) :: displacement(:)
-      !> Velocities, [degrees of freedom, or modes]
-      real(wp), intent(inout) :: velocity(:)
-      !> Modes that are the coordinates; absent: the coordinates are the degrees of freedom
-      type(free_modes_t), intent(in), optional :: modes
-
-      ! displacement of the beam at the contact with the extra degree of freedom; z per unit of its coordinate
-      real(wp) :: beam, unit
-      integer :: dof, k, near, place
-
-      do k = 1, size(model%extra)
-         dof = model%mass%order - size(model%extra) + k
-         near = model%stop_dofs(findloc(model%partner_dofs, dof, dim=1))
-         if (present(modes)) then
-            beam = dot_product(modes%mode(near, :), displacement)
-            place = findloc(modes%extra, k, dim=1)
-            unit = modes%mode(dof, place)
-         else
-            beam = displacement(near)
-            place = dof
-            unit = 1.0_wp
-         end if
-         associate (extra => model%extra(k))
-            velocity(place) = extra%start_velocity/unit
-            if (.not. is_in_equilibrium) displacement(place) = (extra%start_displacement &
-               + merge(beam, 0.0_wp, extra%starts_from_beam))/unit
-         end associate
-      end do
-   end subroutine place_extra_dofs
-
-   !> Refuse rigid stops at more points than the motion has modes of the beam: if all are closed, their forces are not
+   !> Refuse rigid stops at more points than modes that move these points: if all are closed, their forces are not
    !> determined.
-   pure subroutine check_mode_count(contacts, dof, modes, error)
+   pure subroutine check_mode_count(contacts, dof, row, error)
       type(contact_t), intent(in) :: contacts(:)
       !> Degree of freedom of the beam at each contact
       integer, intent(in) :: dof(:)
-      !> Number of modes of the beam
-      integer, intent(in) :: modes
+      !> Row of each contact over the modes, [modes, contacts]
+      real(wp), intent(in) :: row(:, :)
       !> Set if there are too few modes
       type(failure_t), allocatable, intent(inout) :: error
 
       integer, allocatable :: rigid(:)
-      integer :: k, points
+      integer :: k, modes, points
 
-      rigid = pack(dof, static_stiffness(contacts%settings) <= 0.0_wp .and. contacts%is_fixed)
-      points = count([(findloc(rigid, rigid(k), dim=1) == k, k=1, size(rigid))])
+      rigid = pack([(k, k=1, size(dof))], static_stiffness(contacts%settings) <= 0.0_wp .and. contacts%is_fixed)
+      points = count([(findloc(dof(rigid), dof(rigid(k)), dim=1) == k, k=1, size(rigid))])
+      if (points <= 1) return
+      modes = count(any(abs(row(:, rigid)) > 0.0_wp, dim=2))
       if (points > modes .and. .not. allocated(error)) call fail(error, status_bad_input, to_text(points) &
          //' rigid stops can be closed at once, but the motion has '//to_text(modes)//' modes, so that their forces ' &
          //'are not determined: give more modes in &response, or compliant stops')

@@ -8,9 +8,9 @@ module static_states
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
-   use run_settings, only: extra_dof_t
+   use run_models, only: beam_alone
    use static_shapes, only: make_elastic_beam, unit_shape
-   use stop_contacts, only: active_contacts, force_on_extra, penetrates, contact_t
+   use stop_contacts, only: active_contacts, penetrates, shape_of_contact, contact_t
    use support_coordinates, only: supported_beam_t
    implicit none (type, external)
    private
@@ -59,8 +59,8 @@ contains
    end subroutine find_static_start
 
    !> Static equilibrium on the active contacts without loads: unilateral forces, with the springs of compliant stops in
-   !> series with the beam, and with the springs of extra degrees of freedom.
-   pure subroutine find_static_rest(model, contacts, forces, energy, error, extra)
+   !> series with the beam.
+   pure subroutine find_static_rest(model, contacts, forces, energy, error)
       type(beam_model_t), intent(in) :: model
       !> All contacts
       type(contact_t), intent(in) :: contacts(:)
@@ -70,38 +70,49 @@ contains
       real(wp), intent(out) :: energy
       !> Set if the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error
-      !> Extra degrees of freedom, each with a spring; absent: there are none
-      type(extra_dof_t), intent(in), optional :: extra(:)
 
       type(supported_beam_t) :: beam
       type(contact_t), allocatable :: active(:)
-      real(wp), allocatable :: compliance(:, :), active_forces(:), shape(:)
-      integer, allocatable :: dofs(:)
+      real(wp), allocatable :: compliance(:, :), active_forces(:)
+      ! displacements under a force at one contact
+      real(wp) :: response(model%stiffness%order, 1)
       logical :: is_active(size(contacts))
-      integer :: i, k
+      integer :: j, k
 
       forces = 0.0_wp
       energy = 0.0_wp
-      call make_elastic_beam(model, beam, error)
+      call make_elastic_beam(beam_alone(model), beam, error)
       if (allocated(error)) return
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
       active = pack(contacts, is_active)
-      dofs = model%stop_dofs(active%stop)
-      allocate (compliance(size(dofs), size(dofs)), active_forces(size(dofs)))
-      do k = 1, size(dofs)
-         shape = unit_shape(beam, dofs(k))
-         ! `unit_shape` has E Ibar = L = 1: lambda1^4 converts it to the unit of forces
-         compliance(:, k) = merge(0.0_wp, active%sign*(lambda1_power4*active(k)%sign)*shape(dofs), &
-            active%settings%is_of_base .or. active(k)%settings%is_of_base)
-         if (.not. present(extra)) cycle
-         do i = 1, size(extra)
-            compliance(:, k) = compliance(:, k) + force_on_extra(active, i)*force_on_extra(active(k), i) &
-               /(extra(i)%mass*extra(i)%square)
-         end do
+      allocate (compliance(size(active), size(active)), active_forces(size(active)))
+      do k = 1, size(active)
+         ! shapes have E Ibar = L = 1: lambda1^4 converts them to the unit of forces
+         response(:, 1) = lambda1_power4*active(k)%sign*(unit_response(model%stop_dofs(active(k)%stop)) &
+            - unit_response(model%partner_dofs(active(k)%stop)))
+         compliance(:, k) = [(shape_of_contact(active(j), model, response), j=1, size(active))]
       end do
       call find_static_forces(active, -active%height, compliance, active_forces)
       energy = 0.5_wp*dot_product(active_forces, matmul(compliance, active_forces))
       forces = unpack(active_forces, is_active, forces)
+
+   contains
+
+      !> Displacements under a unit force on a degree of freedom, which belongs to the elements of the beam or has a
+      !> spring of its own.
+      pure function unit_response(dof) result(displacement)
+         !> 0: there is none
+         integer, intent(in) :: dof
+         real(wp) :: displacement(size(response))
+
+         displacement = 0.0_wp
+         if (dof > beam%dofs) then
+            displacement(dof) = 1.0_wp/model%stiffness%values(model%stiffness%diagonal(dof))
+         else if (dof > 0) then
+            displacement(:beam%dofs) = unit_shape(beam, dof)
+         end if
+      end function unit_response
+
    end subroutine find_static_rest
 
 end module static_states

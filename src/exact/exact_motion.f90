@@ -7,10 +7,9 @@ module exact_motion
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
-   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_common_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
-   use free_modes, only: find_free_modes, free_modes_t
+   use free_modes, only: are_modes_of_run, find_free_modes, free_modes_t
    use kinds, only: wp
    use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
    use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, lengthen, max_stalled, open_trials, &
@@ -20,6 +19,7 @@ module exact_motion
    use motion_phases, only: motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
+   use run_models, only: complete_model
    use run_recorder, only: make_recorder, recorder_t
    use run_settings, only: count_samples, run_settings_t
    use section_types, only: section_state_t
@@ -337,15 +337,15 @@ contains
       type(free_modes_t) :: reduced
       type(run_settings_t) :: reduced_settings
 
-      if (mode_count == size(modes%lambda) .and. .not. (allocated(settings%mode_ratios) .or. &
-         allocated(settings%extra_dofs)) .and. settings%zeta_mass <= 0.0_wp) then
+      if (are_modes_of_run(settings, mode_count, modes) .and. .not. allocated(settings%mode_ratios) .and. &
+         settings%zeta_mass <= 0.0_wp) then
          call run_among_contacts(model, modes, settings, sets, response, error, carried)
       else
          reduced = modes
          reduced_settings = settings
          call select_modes(mode_count, reduced, reduced_settings)
          whole = model
-         call add_extra_dofs(settings, whole)
+         call complete_model(settings, whole)
          call run_among_contacts(whole, reduced, reduced_settings, sets, response, error, carried)
       end if
    end subroutine run_in_modes

@@ -241,10 +241,12 @@ contains
 
       integer :: k
 
-      beam%has_modal_damping = damps_each_mode(settings)
+      beam%has_modal_damping = damps_each_mode(settings, modes)
       call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, modes%rate)
-      beam%displacement = [(displacement_t(findloc(modes%extra, k, dim=1), 1.0_wp/sqrt(model%extra(k)%mass), &
-         model%extra(k)%origin), k=1, size(model%extra))]
+      associate (before => model%mass%order - size(model%extra))
+         beam%displacement = [(displacement_t(maxloc(abs(modes%mode(before + k, :)), dim=1), &
+            maxval(modes%mode(before + k, :)), model%extra(k)%origin), k=1, size(model%extra))]
+      end associate
       if (settings%stop%impulse == impulse_nodal) then
          ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))

@@ -6,10 +6,10 @@ module modal_starts
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
    use contact_starts, only: find_slow_balance, find_static_equilibrium, find_static_forces, check_mode_count, &
-      check_start, flexible_beam_t, move_onto_contacts, place_extra_dofs
+      check_start, flexible_beam_t, move_onto_contacts
    use failures, only: failure_t
    use few_modes, only: number_of_modes
-   use free_modes, only: free_modes_t
+   use free_modes, only: complete_start, free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, &
       start_table, start_velocity
@@ -63,7 +63,7 @@ contains
       q = 0.0_wp
       v = 0.0_wp
       forces = 0.0_wp
-      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(q) - size(model%extra), error)
+      call check_mode_count(contacts, model%stop_dofs(contacts%stop), beam%row, error)
       if (allocated(error)) return
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
       associate (start => settings%start)
@@ -78,7 +78,7 @@ contains
             end associate
          case (start_balance)
             if (any(beam%square < slow_frequency**2)) then
-               call find_slow_balance(modes, model%extra, beam%row, contacts, is_active, load, q, forces, error)
+               call find_slow_balance(modes, beam%row, contacts, is_active, load, q, forces, error)
             else
                q = load/beam%square
                call find_static_equilibrium(beam, contacts, is_active, q, forces, error)
@@ -96,13 +96,13 @@ contains
             end if
          end select
       end associate
-      call place_extra_dofs(model, settings%start%kind == start_balance, q, v, modes)
+      call complete_start(model, settings%start%kind == start_balance, q, v, modes)
       ! The static shape of a release was checked on the finite-element model before the modes were computed. The sum of
       ! all modes has the same displacements at the stops, so that only truncation can make the shape penetrate a
       ! contact; if a node is massless, there is no other contact to penetrate
       is_truncated = settings%start%kind == start_release .and. &
          size(q) < number_of_modes(model) .and. .not. beam%node_flexibility > 0.0_wp
-      if (settings%start%kind /= start_release .or. size(model%extra) > 0 .or. is_truncated) then
+      if (settings%start%kind /= start_release .or. is_truncated .or. .not. all(contacts%is_fixed)) then
          call check_start(beam, contacts, forces, q, error)
       end if
       if (allocated(error) .and. is_truncated) error%message = error%message//', because the static shape of the ' &

@@ -3,11 +3,10 @@
 module mode_choice
    use applied_loads, only: courses_of
    use damped_oscillators, only: damping_order
-   use free_modes, only: append_extra_modes, free_modes_t
+   use free_modes, only: free_modes_t, order_modes, retain_modes
    use kinds, only: pi, wp
    use load_settings, only: course_harmonic, course_pulse, course_table, pulse_half_sine, time_course_t
    use run_settings, only: run_settings_t
-   use sorting, only: order_columns
    implicit none (type, external)
    private
    public :: first_count, next_count, max_count, max_all_modes, rates_of_modes, select_modes, damps_each_mode, &
@@ -107,16 +106,13 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> Whether damping rates are given mode by mode, because damping ratios of modes are given, or because the dampers of
-   !> extra degrees of freedom do not follow the proportional damping of the beam.
-   pure logical function damps_each_mode(settings) result(answer)
+   !> Whether damping rates are given mode by mode, because damping ratios of modes are given, or because modes have
+   !> damping rates of their own.
+   pure logical function damps_each_mode(settings, modes) result(answer)
       type(run_settings_t), intent(in) :: settings
+      type(free_modes_t), intent(in) :: modes
 
-      answer = allocated(settings%mode_ratios)
-      if (answer .or. .not. allocated(settings%extra_dofs)) return
-      associate (extra => settings%extra_dofs)
-         answer = any(abs(extra%rate - 2.0_wp*(settings%zeta*extra%square + settings%zeta_mass)) > 0.0_wp)
-      end associate
+      answer = allocated(settings%mode_ratios) .or. allocated(modes%own_rate)
    end function damps_each_mode
 
    !> zeta of the stiffness-proportional damping that all modes have; 0 if damping ratios are given mode by mode.
@@ -127,15 +123,14 @@ contains
    end function common_zeta
 
    !> Coefficient alpha of mass-proportional damping for each mode: that of the settings, or 2 xi_i W_i for a damping
-   !> ratio xi_i of mode i. The last ratio given holds for all further modes. If damping rates are given mode by mode,
-   !> that of an extra degree of freedom is its own, whatever zeta is: alpha is its rate minus 2 zeta W^2, with zeta of
-   !> `common_zeta`, and may be negative.
-   pure function rates_of_modes(settings, square, extra) result(rate)
+   !> ratio xi_i of mode i. The last ratio given holds for all further modes. If a mode has a damping rate of its own,
+   !> alpha is this rate minus 2 zeta W^2, with zeta of `common_zeta`, and may be negative.
+   pure function rates_of_modes(settings, square, own_rate) result(rate)
       type(run_settings_t), intent(in) :: settings
       !> Squared circular frequencies W_i^2, [modes]
       real(wp), intent(in) :: square(:)
-      !> Component `extra` of the modes; absent: all modes belong to the beam, [modes]
-      integer, intent(in), optional :: extra(:)
+      !> Component `own_rate` of the modes; absent: no mode has a rate of its own, [modes]
+      real(wp), intent(in), optional :: own_rate(:)
       real(wp) :: rate(size(square))
 
       integer :: i
@@ -146,19 +141,16 @@ contains
             rate = 2.0_wp*sqrt(square)*ratio([(min(i, size(ratio)), i=1, size(square))])
          end associate
       end if
-      if (.not. present(extra)) return
-      if (.not. damps_each_mode(settings)) return
-      do i = 1, size(square)
-         if (extra(i) > 0) rate(i) = settings%extra_dofs(extra(i))%rate - 2.0_wp*common_zeta(settings)*square(i)
-      end do
+      if (.not. present(own_rate)) return
+      where (own_rate >= 0.0_wp) rate = own_rate - 2.0_wp*common_zeta(settings)*square
    end function rates_of_modes
 
-   !> Select the lowest modes and those of all extra degrees of freedom, order them as `damping_order` requires, find
+   !> Select the lowest modes and all that no other mode can replace, order them as `damping_order` requires, find
    !> their damping rates, and reorder the settings of single modes in the same way. Stresses need the truncated modes,
    !> too, for their static response.
    subroutine select_modes(mode_count, modes, settings)
-      !> Number of modes of the beam that are selected; if `modes` contains those of extra degrees of freedom already,
-      !> number of all modes, none of which is truncated then
+      !> Number of modes of the beam that are selected; if `modes` are those of a run already, number of all modes, none
+      !> of which is truncated then
       integer, intent(in) :: mode_count
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
@@ -171,15 +163,10 @@ contains
          allocate (modes%truncated_square, source=modes%square(mode_count + 1:))
          allocate (modes%truncated_mode, source=modes%mode(:, mode_count + 1:))
       end if
-      if (allocated(settings%extra_dofs)) call append_extra_modes(settings%extra_dofs, mode_count, modes)
-      total = merge(size(modes%square), mode_count, allocated(modes%extra))
-      modes%rate = rates_of_modes(settings, modes%square(:total), modes%extra)
+      call retain_modes(settings, mode_count, modes, total)
+      modes%rate = rates_of_modes(settings, modes%square(:total), modes%own_rate)
       order = damping_order(modes%square(:total), common_zeta(settings), modes%rate)
-      if (allocated(modes%extra)) modes%extra = modes%extra(order)
-      modes%rate = modes%rate(order)
-      modes%lambda = modes%lambda(order)
-      modes%square = modes%square(order)
-      call order_columns(modes%mode, order)
+      call order_modes(order, modes)
       ! 1: the beam does not start in a mode, or `check_mode_of_start` refuses the mode
       settings%start%mode = max(findloc(order, settings%start%mode, dim=1), 1)
       if (.not. allocated(settings%mode_ratios)) return

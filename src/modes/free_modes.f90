@@ -5,15 +5,17 @@
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
-   use extra_dofs, only: beam_alone
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
-   use run_settings, only: extra_dof_t
+   use run_models, only: beam_alone
+   use run_settings, only: extra_dof_t, name_length, run_settings_t
    use skyline_matrix, only: multiply
+   use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, complete_modes, append_extra_modes, rigid_square, max_rigid_square
+   public :: free_modes_t, find_free_modes, complete_modes, are_modes_of_run, retain_modes, order_modes, complete_start
+   public :: mover_of, rigid_square, max_rigid_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
@@ -24,7 +26,7 @@ module free_modes
       integer :: tip_dof = 0
       !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
-      !> Wave numbers lambda_i, [modes], ascending as computed (`append_extra_modes` and `select_modes` change the
+      !> Wave numbers lambda_i, [modes], ascending as computed (`retain_modes` and `order_modes` change the
       !> order)
       real(wp), allocatable :: lambda(:)
       !> Squared frequencies W_i^2 = (lambda_i/lambda1)^4 in omega1^2, [modes]
@@ -33,7 +35,12 @@ module free_modes
       real(wp), allocatable :: mode(:, :)
       !> Index of the extra degree of freedom of which each is the mode; 0: mode of the beam. Unallocated: there are no
       !> modes of extra degrees of freedom, [modes]
-      integer, allocatable :: extra(:)
+      integer, allocatable, private :: extra(:)
+      !> Names of the extra degrees of freedom
+      character(name_length), allocatable, private :: name(:)
+      !> Damping rate of each mode, over omega1, instead of the damping of the beam; negative: the mode has none.
+      !> Unallocated: no mode has such a rate, [modes]
+      real(wp), allocatable :: own_rate(:)
       !> Damping rates besides 2 zeta W^2; unallocated: not known yet, or 0, [modes]
       real(wp), allocatable :: rate(:)
       !> Squared frequencies of the truncated modes, whose static part a run adds to the bending moments; unallocated:
@@ -55,7 +62,7 @@ module free_modes
    !> in a run of the maximum duration, t = 1e9.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
    !> Modes up to this W^2 have no restoring force: rigid-body modes, masses without springs, and combinations of both.
-   !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_extra_modes`) that rounding errors
+   !> The limit is so far above the W^2 of these modes (`rigid_square`, and `append_modes`) that rounding errors
    !> of the combinations do not exceed it.
    real(wp), parameter :: max_rigid_square = 1.0e-30_wp
 
@@ -76,12 +83,52 @@ contains
       if (allocated(error)) return
       call attach_supports(beam%supports, modes%lambda, modes%mode)
       call complete_modes(beam, modes)
-      call append_extra_modes(model%extra, size(modes%lambda), modes)
+      if (size(model%extra) > 0) call append_modes(model%extra, size(modes%lambda), modes)
    end subroutine find_free_modes
 
-   !> Retain the first modes of the beam, and append one mode for each extra degree of freedom, unless the modes have
-   !> been appended already. Modes are mass-normalised: z is 1/sqrt(m) per unit of its mode, with m the mass.
-   pure subroutine append_extra_modes(extra, retained, modes)
+   !> Whether all of the first modes, and no others, are those of a run.
+   pure logical function are_modes_of_run(settings, retained, modes) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      !> Number of modes of the beam that are retained
+      integer, intent(in) :: retained
+      type(free_modes_t), intent(in) :: modes
+
+      answer = retained == size(modes%lambda) .and. .not. allocated(settings%extra_dofs)
+   end function are_modes_of_run
+
+   !> Retain the first modes of a beam, and append those of the extra degrees of freedom of a run, unless `modes`
+   !> contains them already. Modes beyond `number` remain until `order_modes`.
+   pure subroutine retain_modes(settings, retained, modes, number)
+      type(run_settings_t), intent(in) :: settings
+      !> Number of modes of the beam that are retained; all modes are retained if they contain those appended
+      integer, intent(in) :: retained
+      type(free_modes_t), intent(inout) :: modes
+      !> Number of modes of the run
+      integer, intent(out) :: number
+
+      number = retained
+      if (.not. allocated(settings%extra_dofs)) return
+      if (.not. allocated(modes%extra)) call append_modes(settings%extra_dofs, retained, modes)
+      number = size(modes%square)
+   end subroutine retain_modes
+
+   !> Put modes into another order; modes that the order does not contain are removed.
+   pure subroutine order_modes(order, modes)
+      !> Indices of the modes
+      integer, intent(in) :: order(:)
+      type(free_modes_t), intent(inout) :: modes
+
+      if (allocated(modes%extra)) modes%extra = modes%extra(order)
+      if (allocated(modes%own_rate)) modes%own_rate = modes%own_rate(order)
+      modes%rate = modes%rate(order)
+      modes%lambda = modes%lambda(order)
+      modes%square = modes%square(order)
+      call order_columns(modes%mode, order)
+   end subroutine order_modes
+
+   !> Retain the first modes of the beam, and append one mode for each extra degree of freedom. Modes are
+   !> mass-normalised: z is 1/sqrt(m) per unit of its mode, with m the mass.
+   pure subroutine append_modes(extra, retained, modes)
       type(extra_dof_t), intent(in) :: extra(:)
       !> Number of modes of the beam that are retained
       integer, intent(in) :: retained
@@ -90,7 +137,6 @@ contains
       real(wp), allocatable :: shape(:, :), square(:)
       integer :: k
 
-      if (size(extra) == 0 .or. allocated(modes%extra)) return
       associate (dofs => size(modes%mode, 1), number => size(extra))
          allocate (shape(dofs + number, retained + number), square(retained + number), source=0.0_wp)
          shape(:dofs, :retained) = modes%mode(:, :retained)
@@ -107,10 +153,61 @@ contains
          end do
          modes%lambda = lambda1*sqrt(sqrt(square))
          modes%extra = [spread(0, 1, retained), [(k, k=1, number)]]
+         if (any(extra%rate >= 0.0_wp)) modes%own_rate = [spread(-1.0_wp, 1, retained), extra%rate]
       end associate
       call move_alloc(shape, modes%mode)
       call move_alloc(square, modes%square)
-   end subroutine append_extra_modes
+      modes%name = extra%name
+   end subroutine append_modes
+
+   !> What moves freely in a mode without strain, for messages.
+   pure function mover_of(modes, i) result(mover)
+      type(free_modes_t), intent(in) :: modes
+      !> Index of the mode
+      integer, intent(in) :: i
+      character(:), allocatable :: mover
+
+      mover = 'the beam, which turns freely about its root'
+      if (.not. allocated(modes%extra)) return
+      if (modes%extra(i) > 0) mover = trim(modes%name(modes%extra(i)))//', which moves freely'
+   end function mover_of
+
+   !> Complete the start of a beam to that of a run: set the extra degrees of freedom. If the run starts in equilibrium,
+   !> only their velocities are set.
+   pure subroutine complete_start(model, is_in_equilibrium, displacement, velocity, modes)
+      !> The model of the run
+      type(beam_model_t), intent(in) :: model
+      logical, intent(in) :: is_in_equilibrium
+      !> Displacements, [degrees of freedom, or modes]
+      real(wp), intent(inout) :: displacement(:)
+      !> Velocities, [degrees of freedom, or modes]
+      real(wp), intent(inout) :: velocity(:)
+      !> Modes that are the coordinates; absent: the coordinates are the degrees of freedom
+      type(free_modes_t), intent(in), optional :: modes
+
+      ! displacement of the beam at the contact with the extra degree of freedom; z per unit of its coordinate
+      real(wp) :: beam, unit
+      integer :: dof, k, near, place
+
+      do k = 1, size(model%extra)
+         dof = model%mass%order - size(model%extra) + k
+         near = model%stop_dofs(findloc(model%partner_dofs, dof, dim=1))
+         if (present(modes)) then
+            beam = dot_product(modes%mode(near, :), displacement)
+            place = findloc(modes%extra, k, dim=1)
+            unit = modes%mode(dof, place)
+         else
+            beam = displacement(near)
+            place = dof
+            unit = 1.0_wp
+         end if
+         associate (extra => model%extra(k))
+            velocity(place) = extra%start_velocity/unit
+            if (.not. is_in_equilibrium) displacement(place) = (extra%start_displacement &
+               + merge(beam, 0.0_wp, extra%starts_from_beam))/unit
+         end associate
+      end do
+   end subroutine complete_start
 
    !> Compute the quantities that follow from lambda and the mode shapes.
    subroutine complete_modes(model, modes)

@@ -10,7 +10,7 @@ module newmark_loads
    use contact_rows, only: band
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
-   use kinds, only: wp
+   use kinds, only: lambda1_power4, wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
    use mode_choice, only: rates_of_modes
@@ -27,7 +27,7 @@ contains
 
    !> Collect the loads of a run, and the instants at which a load may jump.
    subroutine prepare_loads(model, settings, run)
-      !> The beam, in degrees of freedom of its nodes, and extra degrees of freedom
+      !> The beam, in degrees of freedom of its nodes
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
@@ -154,8 +154,7 @@ contains
 
    !> Damping besides 2 zeta K: proportional to M, or modal damping, the sum of 2 xi_i W_i (M phi_i)(M phi_i)^T over the
    !> modes phi_i, with M-norm 1, of frequency W_i and damping ratio xi_i. That matrix is full, so the matrices of the
-   !> supported beam are extended to the full profile. Extra degrees of freedom have damping
-   !> rates of their own instead.
+   !> supported beam are extended to the full profile. Damping rates of single degrees of freedom replace this damping.
    subroutine additional_damping(settings, model, supported, modes, damping, error)
       type(run_settings_t), intent(in) :: settings
       !> The beam before its rigid supports are fixed; the damping ratios are those of the modes that `find_free_modes`
@@ -184,7 +183,7 @@ contains
          ! modes of the unsupported beam, whose mass matrix includes all degrees of freedom
          call find_free_modes(model, damped, error)
          if (allocated(error)) return
-         damped%rate = rates_of_modes(settings, damped%square, damped%extra)
+         damped%rate = rates_of_modes(settings, damped%square, damped%own_rate)
          supported%stiffness = full_profile(supported%stiffness)
          supported%mass = full_profile(supported%mass)
          allocate (damping, source=supported%mass)
@@ -200,12 +199,17 @@ contains
                end do
             end do
          end do
-      else if (settings%zeta_mass > 0.0_wp .or. size(model%extra) > 0) then
+      else if (settings%zeta_mass > 0.0_wp .or. allocated(model%own_rate)) then
          allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
-         associate (extra => model%extra, place => damping%diagonal(damping%order - size(model%extra) + 1:))
-            damping%values(place) = extra%mass*(extra%rate - 2.0_wp*settings%zeta*extra%square)
-         end associate
+         if (.not. allocated(model%own_rate)) return
+         do i = 1, damping%order
+            if (model%own_rate(i) < 0.0_wp) cycle
+            associate (place => damping%diagonal(i))
+               damping%values(place) = model%own_rate(i)*supported%mass%values(place) &
+                  - 2.0_wp*settings%zeta*supported%stiffness%values(place)/lambda1_power4
+            end associate
+         end do
       end if
    end subroutine additional_damping
 

@@ -7,10 +7,9 @@
 !> state that is not the present one, and becomes the present state if it is accepted.
 module newmark_motion
    use applied_loads, only: has_loads
-   use beam_model, only: beam_model_t, constrain_supports, is_mechanism
+   use beam_model, only: beam_model_t, constrain_supports, is_mechanism, moves_freely
    use contact_measures, only: open_measures
    use contact_rows, only: band, contact_row_t, row_value
-   use extra_dofs, only: add_extra_dofs, beam_alone
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: i8, wp
@@ -37,6 +36,7 @@ module newmark_motion
    use response_records, only: open_contact_record, open_records
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest
+   use run_models, only: complete_model
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_progress, only: report_progress
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
@@ -209,7 +209,7 @@ contains
       !> Modes that are the degrees of freedom of the steps
       type(free_modes_t), intent(in), optional :: modes
 
-      ! the beam and extra degrees of freedom; the same with rigid supports fixed, or in modes
+      ! the model of the run; the same with rigid supports fixed, or in modes
       type(beam_model_t) :: whole, supported
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
@@ -226,7 +226,7 @@ contains
       if (allocated(error)) return
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
       whole = model
-      call add_extra_dofs(settings, whole)
+      call complete_model(settings, whole)
       run%extra = whole%extra
       if (run%release_contact > 0) then
          whole%stop_dof = whole%stop_dofs(contacts(run%release_contact)%stop)
@@ -236,17 +236,19 @@ contains
          run%modes = modes
          call make_modal_model(whole, modes, supported, point_shape)
       else
-         supported = constrain_supports(whole)
-         ! this check is of the beam alone, and before `additional_damping`, which may extend the matrices to the full
+         supported = constrain_supports(model)
+         ! this check is of the mesh alone, and before `additional_damping`, which may extend the matrices to the full
          ! profile
-         call check_mesh(beam_alone(supported), error)
+         call check_mesh(supported, error)
          if (allocated(error)) then
             if (error%status /= status_bad_input) call explain_mesh_error(error)
             return
          end if
+         call complete_model(settings, supported)
+         supported%stop_dof = whole%stop_dof
       end if
-      ! an extra degree of freedom on a stiff spring may have little damping
-      call divide_step(supported, merge(settings%zeta, 0.0_wp, size(run%extra) == 0), settings%response, &
+      ! a degree of freedom with a damping rate of its own may have little damping
+      call divide_step(supported, merge(0.0_wp, settings%zeta, allocated(whole%own_rate)), settings%response, &
          run%steps_per_sample, error)
       if (allocated(error)) return
       call prepare_loads(whole, settings, run)
@@ -442,6 +444,8 @@ contains
       !> Set if the static equilibrium is not found
       type(failure_t), allocatable, intent(out) :: error
 
+      ! the model of the run
+      type(beam_model_t) :: whole
       ! contact forces at static equilibrium
       real(wp) :: forces(size(run%contacts))
       ! energy at static equilibrium; `no_rest`: loads or rigid-body motion prevent equilibrium
@@ -451,13 +455,15 @@ contains
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         if (any(run%extra%square <= 0.0_wp)) then
+         whole = model
+         call complete_model(settings, whole)
+         if (moves_freely(whole)) then
             ! a mass without spring is at rest only if no contact presses
             if (.not. any(height_from_rest(run%contacts%contact) > 0.0_wp)) energy = 0.0_wp
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run%beam, run%contacts%contact, run%contacts%status /= is_inactive, forces, energy)
          else
-            call find_static_rest(model, run%contacts%contact, forces, energy, error, run%extra)
+            call find_static_rest(whole, run%contacts%contact, forces, energy, error)
          end if
          if (allocated(error)) return
       end if

@@ -1,13 +1,13 @@
 !> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with given displacements and
 !> velocities; and the contacts that are closed or hit in this state.
 module newmark_start
-   use beam_model, only: beam_model_t, is_mechanism
+   use beam_model, only: beam_model_t, moves_freely
    use beam_starts, only: find_start_momenta
    use contact_rows, only: band
-   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_mode_count, check_start, &
-      flexible_beam_t, move_onto_contacts, place_extra_dofs
+   use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
+      move_onto_contacts
    use failures, only: failure_t
-   use free_modes, only: find_free_modes, free_modes_t
+   use free_modes, only: complete_start, find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
    use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
@@ -114,8 +114,6 @@ contains
       displacement = 0.0_wp
       velocity = 0.0_wp
       forces = 0.0_wp
-      call check_mode_count(contacts, model%stop_dofs(contacts%stop), size(displacement) - size(model%extra), error)
-      if (allocated(error)) return
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
       call make_flexible(model, supported, contacts, flexible)
       associate (start => settings%start)
@@ -128,15 +126,15 @@ contains
             call set_in_motion(model, supported, start, displacement, velocity, error)
          end select
          if (allocated(error)) return
-         call place_extra_dofs(model, start%kind == start_balance, displacement, velocity)
-         if (start%kind /= start_release .or. size(model%extra) > 0) call check_start(flexible, contacts, forces, &
-            displacement, error)
+         call complete_start(model, start%kind == start_balance, displacement, velocity)
+         if (start%kind /= start_release .or. .not. all(contacts%is_fixed)) call check_start(flexible, contacts, &
+            forces, displacement, error)
       end associate
       if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, forces, displacement, error)
    end subroutine find_nodal_start
 
-   !> Static equilibrium under the loads at the start with unilateral contact forces. If the beam or an extra degree
-   !> of freedom can move freely, the stiffness matrix is singular, so that the equilibrium is found in modes.
+   !> Static equilibrium under the loads at the start with unilateral contact forces. If a part of the model can move
+   !> without strain, the stiffness matrix is singular, so that the equilibrium is found in modes.
    subroutine find_balance(model, contacts, is_active, flexible, load, displacement, forces, error)
       type(beam_model_t), intent(in) :: model
       type(contact_t), intent(in) :: contacts(:)
@@ -148,7 +146,7 @@ contains
       real(wp), intent(inout) :: displacement(:)
       !> Force P of each contact
       real(wp), intent(inout) :: forces(:)
-      !> Set if nothing carries the beam or an extra degree of freedom, or the displacements cannot be found
+      !> Set if nothing carries a part that moves freely, or the displacements cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       type(free_modes_t) :: free
@@ -156,7 +154,7 @@ contains
       real(wp) :: shape(size(load), 1)
       integer :: i
 
-      if (.not. (is_mechanism(model) .or. any(model%extra%square <= 0.0_wp))) then
+      if (.not. moves_freely(model)) then
          call flexible%find_static_shapes(0.0_wp, reshape(load, [size(load), 1]), shape, error)
          if (allocated(error)) return
          displacement = shape(:, 1)
@@ -165,7 +163,7 @@ contains
          call find_free_modes(model, free, error)
          if (allocated(error)) return
          allocate (q(size(free%square)))
-         call find_slow_balance(free, model%extra, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
+         call find_slow_balance(free, matmul(transpose(free%mode), flexible%row), contacts, is_active, &
             matmul(load, free%mode), q, forces, error)
          displacement = matmul(free%mode, q)
          do i = 1, size(model%supports)

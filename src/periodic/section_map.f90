@@ -8,7 +8,6 @@ module section_map
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
-   use extra_dofs, only: add_extra_dofs
    use failures, only: failure_t
    use few_modes, only: find_common_modes
    use free_modes, only: free_modes_t, max_rigid_square
@@ -16,6 +15,7 @@ module section_map
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
    use response_types, only: event_contact, event_impact, mode_check_t, response_t
+   use run_models, only: complete_model
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
@@ -115,7 +115,7 @@ contains
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
       whole = model
-      call add_extra_dofs(settings, whole)
+      call complete_model(settings, whole)
       allocate (contacts, source=contacts_of(settings))
       allocate (map%contacts(size(contacts)), map%value(size(map%modes%square), size(contacts)))
       do k = 1, size(contacts)

@@ -148,7 +148,7 @@ module run_settings
       real(wp) :: mass = 1.0_wp
       !> W^2, squared circular frequency over omega1^2; 0: the mass moves freely
       real(wp) :: square = 0.0_wp
-      !> r, damping rate over omega1
+      !> r, damping rate over omega1; negative: that of the proportional damping of the beam, 2 (zeta W^2 + zeta_mass)
       real(wp) :: rate = 0.0_wp
       !> Displacement in D from which the run counts z
       real(wp) :: origin = 0.0_wp

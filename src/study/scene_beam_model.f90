@@ -249,8 +249,14 @@ contains
       settings%stop = scene%stop
       if (size(stops) > 0) settings%stop = stops(1)
       if (size(stops) > 1) settings%more_stops = stops(2:)
-      if (allocated(scene%bodies)) settings%extra_dofs = [(extra_dof_of(k, scene%bodies(k), settings%start), &
-         k=1, size(scene%bodies))]
+      if (allocated(scene%bodies)) then
+         settings%extra_dofs = [(extra_dof_of(k, scene%bodies(k), settings%start), k=1, size(scene%bodies))]
+         associate (extra => settings%extra_dofs)
+            ! if all bodies have the proportional damping of the beam, it does not couple constrained modes
+            if (.not. (allocated(settings%mode_ratios) .or. any(abs(extra%rate - 2.0_wp*(settings%zeta*extra%square &
+               + settings%zeta_mass)) > 0.0_wp))) extra%rate = -1.0_wp
+         end associate
+      end if
       ! the number of the stop from which the beam is released is 1 by default
       if (allocated(scene%more_stops)) settings%release_stop = stop_released_from([scene%stop, scene%more_stops], &
          scene%release_stop)

@@ -1,20 +1,20 @@
-!> Degrees of freedom besides those of the beam, such as those of bodies: the last of an assembled model, with entries
-!> on the diagonals of K and M alone. Contacts, whose rows have entries for these degrees of freedom, couple them to the
-!> beam.
-module extra_dofs
+!> The model of a run: that of its beam and, after the degrees of freedom of the beam, the extra degrees of freedom of
+!> the run, such as those of bodies, with entries on the diagonals of K and M alone. Contacts, whose rows have entries
+!> for these degrees of freedom, couple them to the beam.
+module run_models
    use beam_model, only: beam_model_t
    use kinds, only: lambda1_power4, wp
    use run_settings, only: extra_dof_t, run_settings_t, stop_settings_t, stops_of
    use skyline_matrix, only: skyline_t
    implicit none (type, external)
    private
-   public :: add_extra_dofs, beam_alone
+   public :: complete_model, beam_alone
 
 contains
 
-   !> Append the extra degrees of freedom of a run to the model of its beam, and let the contacts of bodies refer to
-   !> them.
-   pure subroutine add_extra_dofs(settings, model)
+   !> Complete the model of a beam to that of a run: append the extra degrees of freedom, and let the contacts of bodies
+   !> refer to them.
+   pure subroutine complete_model(settings, model)
       type(run_settings_t), intent(in) :: settings
       !> On entry the beam alone
       type(beam_model_t), intent(inout) :: model
@@ -32,7 +32,7 @@ contains
          end do
       end associate
       call set_extra(settings%extra_dofs, model)
-   end subroutine add_extra_dofs
+   end subroutine complete_model
 
    !> A model without extra degrees of freedom. Its stops may still refer to them.
    pure type(beam_model_t) function beam_alone(model) result(beam)
@@ -52,6 +52,13 @@ contains
          call replace_end(before, extra%mass, model%mass)
       end associate
       model%extra = extra
+      if (allocated(model%lumped_mass)) deallocate (model%lumped_mass)
+      if (allocated(model%own_rate)) deallocate (model%own_rate)
+      if (size(extra) == 0) return
+      associate (beam => model%mass%order - size(extra))
+         model%lumped_mass = [spread(0.0_wp, 1, beam), extra%mass]
+         if (any(extra%rate >= 0.0_wp)) model%own_rate = [spread(-1.0_wp, 1, beam), extra%rate]
+      end associate
    end subroutine set_extra
 
    !> Replace the last columns of a matrix by those of a diagonal matrix.
@@ -71,4 +78,4 @@ contains
       matrix%order = before + size(diagonal)
    end subroutine replace_end
 
-end module extra_dofs
+end module run_models
