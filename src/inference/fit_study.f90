@@ -22,6 +22,7 @@ module fit_study
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use singular_vectors, only: find_singular
    use study_job, only: job_t
    use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
    use sweep_plan, only: make_plan, plan_t
@@ -169,6 +170,8 @@ contains
 
    !> Search the neighbourhood of the best parameters without derivatives, and minimise again from the best point found.
    !> A signal with jumps has many local minima of the sum of squares, one for each sample at which an impact may lie.
+   !> The first search is in a box. The valley of the sum of squares may be much longer than wide, so the last searches
+   !> are in its principal axes, some standard errors to each side.
    subroutine search_nearby(model, values, minimum)
       type(fit_model_t), intent(inout) :: model
       !> Parameters of the minimum sum of squares so far; on return improved
@@ -176,42 +179,87 @@ contains
       !> Minimum sum of squares
       real(wp), intent(inout) :: minimum
 
-      ! half width of the neighbourhood, in the unbounded coordinates, whose range is -pi/2 to pi/2
+      ! width of the neighbourhood, in the unbounded coordinates, whose range is -pi/2 to pi/2
       real(wp), parameter :: box = 0.04_wp
       ! first step of the search, as a fraction of the neighbourhood
       real(wp), parameter :: first_step = 0.125_wp
       ! last step, as a fraction of the neighbourhood
       real(wp), parameter :: precision = 1.0e-5_wp
       ! number of searches
-      integer, parameter :: rounds = 2
+      integer, parameter :: rounds = 4
       ! maximum number of points in each search
       integer, parameter :: max_points = 600
       type(search_state_t) :: state
       real(wp), allocatable :: points(:, :), residual(:), sums(:)
+      ! edges of the region that is searched, in the unbounded coordinates, as columns
+      real(wp) :: edges(size(values), size(values))
       real(wp) :: centre(size(values)), x(size(values)), sum_of_squares
       integer :: evaluations, i, k
 
       allocate (residual(size(model%fit%value)))
       do i = 1, rounds
          centre = whole_turn + coordinates_of(model, values)
+         if (i == 1) then
+            edges = 0.0_wp
+            do k = 1, size(values)
+               edges(k, k) = box
+            end do
+         else
+            call find_principal_edges(model, values, minimum, box, edges)
+         end if
          call start_search(spread(0.5_wp, 1, size(values)), minimum, first_step, precision, max_points, i, state)
          do while (.not. state%is_over)
             call next_poll(state, points)
             allocate (sums(size(points, 2)))
             do k = 1, size(sums)
-               call model%evaluate(centre + box*(points(:, k) - 0.5_wp), residual)
+               call model%evaluate(centre + matmul(edges, points(:, k) - 0.5_wp), residual)
                sums(k) = sum(residual**2)
             end do
             call update_search(state, points, sums)
             deallocate (sums)
          end do
-         x = centre + box*(state%best - 0.5_wp)
+         x = centre + matmul(edges, state%best - 0.5_wp)
          call minimise(model, size(residual), final_tolerance, x, sum_of_squares, evaluations, model%fit%evaluations)
          if (sum_of_squares >= minimum) cycle
          minimum = sum_of_squares
          values = model%parameters_at(x)
       end do
    end subroutine search_nearby
+
+   !> Edges of a region along the principal axes of the sum of squares, some standard errors long.
+   subroutine find_principal_edges(model, values, minimum, longest, edges)
+      type(fit_model_t), intent(inout) :: model
+      !> Parameters of the minimum sum of squares
+      real(wp), intent(in) :: values(:)
+      !> Minimum sum of squares
+      real(wp), intent(in) :: minimum
+      !> Maximum length of an edge
+      real(wp), intent(in) :: longest
+      !> Edges in the unbounded coordinates, as columns
+      real(wp), intent(out) :: edges(:, :)
+
+      ! length of an edge in standard errors
+      real(wp), parameter :: errors = 8.0_wp
+      ! small change of a coordinate
+      real(wp), parameter :: change = 1.0e-6_wp
+      real(wp), allocatable :: jacobian(:, :), singular(:), vectors(:, :)
+      real(wp) :: signal(size(model%fit%value)), rates(size(values)), step(size(values)), x(size(values)), noise
+      integer :: info, k
+
+      x = coordinates_of(model, values)
+      rates = (model%parameters_at(x + change) - model%parameters_at(x - change))/(2.0_wp*change)
+      call model%find_signal(values, signal)
+      step = 0.0_wp
+      call find_jacobian(model, values, signal, step, jacobian)
+      noise = sqrt(minimum/real(size(signal), wp))
+      do k = 1, size(values)
+         jacobian(:, k) = jacobian(:, k)*rates(k)/model%divisor
+      end do
+      call find_singular(jacobian, .true., singular, vectors, info)
+      do k = 1, size(values)
+         edges(:, k) = vectors(:, k)*min(longest, errors*noise/max(singular(k), tiny(1.0_wp)))
+      end do
+   end subroutine find_principal_edges
 
    !> Units of the fitted parameters.
    subroutine name_units(scene, plan, names)
@@ -270,6 +318,13 @@ contains
          if (allocated(model%reason)) lower = values(k)
          jacobian(:, k) = 0.0_wp
          if (upper > lower) jacobian(:, k) = (above - below)/(upper - lower)
+         ! if an impact passes a sample within one of both steps, the signal jumps there, and only the other step has
+         ! the derivative
+         if (.not. observed_table(model%fit%observed)%jumps .or. upper <= values(k) .or. lower >= values(k)) cycle
+         associate (rise => (above - signal)/(upper - values(k)), fall => (signal - below)/(values(k) - lower))
+            where (abs(rise - fall) > 0.5_wp*abs(rise + fall)) &
+               jacobian(:, k) = merge(rise, fall, abs(rise) < abs(fall))
+         end associate
       end do
    end subroutine find_jacobian
 
