@@ -15,10 +15,14 @@ module fit_results
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
    implicit none (type, external)
    private
-   public :: fit_t, write_fit, print_fit, significance
+   public :: fit_t, write_fit, print_fit, significance, smallest_share
 
    !> Residuals with a smaller probability of whiteness are not white noise.
    real(wp), parameter :: significance = 0.01_wp
+
+   !> An interval is too narrow if the sum of squares at one of its ends increases by less than this share of the
+   !> increase of a linear signal.
+   real(wp), parameter :: smallest_share = 0.6_wp
 
    !> Estimates of the fitted parameters with their errors, and the quality of the fit.
    type :: fit_t
@@ -43,6 +47,8 @@ module fit_results
       real(wp) :: horizon = huge(1.0_wp)
       !> Whether the residuals are rounding errors
       logical :: is_exact = .false.
+      !> Increase of the sum of squares at the ends of the intervals, over that of a linear signal, [parameters]
+      real(wp), allocatable :: interval_share(:)
       !> Parameters at the start of each fit, [parameters, starts]
       real(wp), allocatable :: started(:, :)
       !> Parameters at the end of each fit, [parameters, starts]; NaN: the start failed
@@ -92,6 +98,8 @@ contains
          along=along)
       call group%add('half_width', fit%certainty%half_width, own, 'half width of the 95 % interval; nan: the signal ' &
          //'cannot tell it', along=along)
+      call group%add('interval_share', fit%interval_share, '1', 'increase of the sum of squares at the ends of the ' &
+         //'interval, over that of a signal linear in the parameters', along=along)
       call group%add('least', fit%minimum, own, 'minimum value allowed', along=along)
       call group%add('greatest', fit%maximum, own, 'maximum value allowed', along=along)
       call group%add('is_told', merge(1, 0, fit%certainty%is_determined), '1', '1: the signal determines it', &
@@ -219,6 +227,9 @@ contains
             at_limit*(fit%maximum(k) - fit%minimum(k))) then
             call print_line(unit, '', trim(fit%names(k))//' is at its limit')
          end if
+         if (fit%interval_share(k) < smallest_share) call print_line(unit, '', &
+            'the interval of '//trim(fit%names(k))// &
+            ' is too narrow: the signal is not linear in the parameters within it')
       end do
       if (together /= '') call print_line(unit, '', 'the signal cannot distinguish these: '//together(3:))
    end subroutine print_undetermined

@@ -157,6 +157,7 @@ contains
       call find_certainty(jacobian/spread(relative_noise, 2, size(step)), fit%maximum - fit%minimum, model%spread, &
          residual, norm2(scene%fit%noise_of_value)/sqrt(real(size(residual), wp)), fit%certainty)
       fit%is_exact = fit%certainty%noise < rounding_residual*model%spread
+      allocate (fit%interval_share, source=share_at_interval_ends(model, fit, jacobian))
       if (.not. observed_table(scene%fit%observed)%is_feature) fit%growth_rate = growth_rate(scene%fit%time, &
          jacobian(:, pack([(k, k=1, size(step))], fit%certainty%is_determined)))
       noise = max(fit%certainty%noise, rounding_residual*model%spread)
@@ -327,6 +328,41 @@ contains
          end associate
       end do
    end subroutine find_jacobian
+
+   !> Increase of the sum of squares from the estimates to the ends of each 95 % interval, over the increase if the
+   !> signal were linear in the parameters. The other parameters move along, as their covariance says. A share below 1
+   !> says that the interval is too narrow. The smaller share of both ends counts.
+   function share_at_interval_ends(model, fit, jacobian) result(share)
+      type(fit_model_t), intent(inout) :: model
+      type(fit_t), intent(in) :: fit
+      !> Derivatives of the signal with respect to the parameters, [samples, parameters]
+      real(wp), intent(in) :: jacobian(:, :)
+      !> [parameters]; 1: not known
+      real(wp) :: share(size(fit%values))
+
+      real(wp) :: found(size(fit%model)), linear, moved(size(fit%values)), step(size(fit%values))
+      integer :: k, side
+
+      share = 1.0_wp
+      if (fit%is_exact) return
+      do k = 1, size(share)
+         if (.not. fit%certainty%is_determined(k)) cycle
+         associate (covariance => fit%certainty%covariance(:, k), half_width => fit%certainty%half_width(k))
+            step = 0.0_wp
+            where (fit%certainty%is_determined) step = covariance*half_width/covariance(k)
+         end associate
+         do side = -1, 1, 2
+            moved = min(max(fit%values + real(side, wp)*step, fit%minimum), fit%maximum)
+            linear = sum((matmul(jacobian, moved - fit%values)/model%divisor)**2)
+            call model%find_signal(moved, found)
+            if (allocated(model%reason) .or. linear <= 0.0_wp) cycle
+            associate (value => model%fit%value)
+               share(k) = min(share(k), (sum(((value - found)/model%divisor)**2) - &
+                  sum(((value - fit%model)/model%divisor)**2))/linear)
+            end associate
+         end do
+      end do
+   end function share_at_interval_ends
 
    !> Number of starts that ended at the best estimates, compared in the parameters that the signal determines.
    pure integer function agreeing_starts(model, fit)
