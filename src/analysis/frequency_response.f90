@@ -10,7 +10,7 @@ module frequency_response
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: common_zeta, select_modes
-   use point_groups, only: contact_points, extra_points, in_degrees, put_amplitudes
+   use point_groups, only: in_degrees, put_all_amplitudes
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use run_models, only: complete_model
@@ -28,11 +28,10 @@ module frequency_response
       real(wp), allocatable :: frequency(:)
       !> Amplitude of the beam at the tip, [frequencies]
       complex(wp), allocatable :: tip(:)
-      !> Amplitude at each contact in the scene's order: of the beam, less that of the body if it is a contact with a
-      !> body; of the body at its floor or ceiling, [contacts, frequencies]
+      !> Amplitude of the gap of each contact in the scene's order, up, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
-      !> Amplitude of each extra degree of freedom, on which no contact acts, [extra, frequencies]
-      complex(wp), allocatable :: extra(:, :)
+      !> Amplitude of each recorded point of the model, on which no contact acts, [points, frequencies]
+      complex(wp), allocatable :: points(:, :)
    contains
       procedure :: compute
       procedure :: write => write_group
@@ -60,7 +59,7 @@ contains
       type(run_settings_t) :: ordered
       type(applied_loads_t) :: loads
       type(contact_t), allocatable :: contacts(:)
-      ! modal forces, and values of the modes at tip, extra degrees of freedom and contacts, [modes, number]
+      ! modal forces, and values of the modes at tip, recorded points and contacts, [modes, number]
       real(wp), allocatable :: damping(:), force(:, :), row(:, :)
       complex(wp), allocatable :: amplitude(:)
       integer :: i, k, mode_count
@@ -76,19 +75,19 @@ contains
       call complete_model(settings, whole)
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(whole, settings, loads)
-      associate (mode => modes%mode, square => modes%square, extra => size(whole%extra))
+      associate (mode => modes%mode, square => modes%square, points => size(whole%points))
          force = matmul(transpose(mode), loads%vector)
          ! coefficient 2 zeta W^2 + alpha of each modal velocity
          damping = 2.0_wp*common_zeta(settings)*square + modes%rate
-         allocate (row(size(square), 1 + extra + size(contacts)))
+         allocate (row(size(square), 1 + points + size(contacts)))
          row(:, 1) = mode(modes%tip_dof, :)
-         row(:, 2:1 + extra) = transpose(mode(size(mode, 1) - extra + 1:, :))
+         row(:, 2:1 + points) = transpose(mode(whole%points%dof, :))
          do k = 1, size(contacts)
-            row(:, 1 + extra + contacts(k)%number) = contacts(k)%sign*shape_of_contact(contacts(k), whole, mode)
+            row(:, 1 + points + contacts(k)%number) = contacts(k)%sign*shape_of_contact(contacts(k), whole, mode)
          end do
          self%frequency = frequencies_of(scene%frequency_response)
-         associate (unused => response, points => size(self%frequency))
-            allocate (self%tip(points), self%extra(extra, points), self%stop(size(contacts), points))
+         associate (unused => response, n => size(self%frequency))
+            allocate (self%tip(n), self%points(points, n), self%stop(size(contacts), n))
          end associate
          do i = 1, size(self%frequency)
             associate (omega => self%frequency(i))
@@ -96,8 +95,8 @@ contains
                   /cmplx(square - omega**2, omega*damping, wp), row)
             end associate
             self%tip(i) = amplitude(1)
-            self%extra(:, i) = amplitude(2:1 + extra)
-            self%stop(:, i) = amplitude(2 + extra:)
+            self%points(:, i) = amplitude(2:1 + points)
+            self%stop(:, i) = amplitude(2 + points:)
          end do
       end associate
    end subroutine compute
@@ -152,8 +151,7 @@ contains
          is_scale=.true.)
       call group%put('amplitude_tip', abs(self%tip), 'displacement', 'amplitude of the tip', 'omega')
       call group%put('phase_tip', in_degrees(self%tip), 'number', 'its phase in degrees', 'omega')
-      call put_amplitudes(group, extra_points, self%extra)
-      call put_amplitudes(group, contact_points, self%stop)
+      call put_all_amplitudes(group, self%points, self%stop)
    end subroutine write_group
 
 end module frequency_response

@@ -12,7 +12,7 @@ module beam_model
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
+   public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, recorded_point_t, make_beam_model
    public :: element_dofs, is_mechanism, moves_freely, node_dofs, has_pinned_root, constrain_supports, static_shape
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
@@ -42,6 +42,17 @@ module beam_model
       real(wp) :: rotary_inertia = 0.0_wp
    end type point_mass_t
 
+   !> A degree of freedom whose motion is recorded besides that of the beam.
+   type :: recorded_point_t
+      integer :: dof = 0
+      !> Position x/L
+      real(wp) :: position = 0.0_wp
+      !> Displacement at which the degree of freedom is zero
+      real(wp) :: origin = 0.0_wp
+      !> Displacement at which a spring to the base has no force
+      real(wp) :: rest = 0.0_wp
+   end type recorded_point_t
+
    !> The assembled beam. The degrees of freedom 2 i - 1 and 2 i are y and dy/dx of node i = 1 ... n. Free degrees of
    !> freedom of the root come last.
    type :: beam_model_t
@@ -64,6 +75,8 @@ module beam_model
       !> Degrees of freedom besides those of the beam, the last of K and M (module `run_models`); of size 0 if there are
       !> none
       type(extra_dof_t), allocatable :: extra(:)
+      !> Recorded degrees of freedom besides those of the beam; of size 0 if there are none
+      type(recorded_point_t), allocatable :: points(:)
       !> Masses besides those of the mesh that a translation of the base moves; unallocated: there are none, [order]
       real(wp), allocatable :: lumped_mass(:)
       !> Damping rate of each degree of freedom, over omega1, instead of the damping of the beam; negative: there is no
@@ -109,7 +122,7 @@ contains
       model%tip_mass_ratio = tip_mass_ratio
       model%stop_dof = 2*mesh%stop_node - 1
       model%tip_dof = 2*mesh%elements - 1
-      allocate (model%supports(0), model%point_masses(0), model%extra(0))
+      allocate (model%supports(0), model%point_masses(0), model%extra(0), model%points(0))
       if (present(supports)) model%supports = supports
       if (present(point_masses)) model%point_masses = &
          point_masses(ascending_order(real(point_masses%node, wp)))

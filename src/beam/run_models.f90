@@ -2,7 +2,7 @@
 !> the run, such as those of bodies, with entries on the diagonals of K and M alone. Contacts, whose rows have entries
 !> for these degrees of freedom, couple them to the beam.
 module run_models
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, recorded_point_t
    use kinds, only: lambda1_power4, wp
    use run_settings, only: extra_dof_t, run_settings_t, stop_settings_t, stops_of
    use skyline_matrix, only: skyline_t
@@ -47,7 +47,11 @@ contains
       type(extra_dof_t), intent(in) :: extra(:)
       type(beam_model_t), intent(inout) :: model
 
+      integer :: i
+
       associate (before => model%mass%order - size(model%extra))
+         model%points = [(recorded_point_t(before + i, extra(i)%position, extra(i)%origin, extra(i)%rest), &
+            i=1, size(extra))]
          call replace_end(before, lambda1_power4*extra%mass*extra%square, model%stiffness)
          call replace_end(before, extra%mass, model%mass)
       end associate

@@ -36,17 +36,17 @@ module constrained_sets
       real(wp), allocatable :: value(:, :)
       !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
-      !> Heights h of the contact surfaces in units of displacement; the coordinate of a body counts from its `origin`,
+      !> Heights h of the contact surfaces in units of displacement; recorded points count from their `origin`,
       !> [contacts]
       real(wp), allocatable :: height(:)
-      !> Heights h if the coordinates of bodies count from z = 0, as in the results, [contacts]
+      !> Heights h if recorded points count from z = 0, as in the results, [contacts]
       real(wp), allocatable :: observed_height(:)
       !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
       !> of the node at this contact alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
       !> Sign s of the contact if it is a stop at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
-      !> Displacements besides those of the beam: one of each body
+      !> Displacements of the recorded points of the model
       type(displacement_t), allocatable :: displacement(:)
    end type free_beam_t
 

@@ -9,13 +9,14 @@ module stop_contacts
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_settings, only: start_release
+   use measure_list, only: contact_owner_t, owner_of
    use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, &
       stop_settings_t, stops_of
    use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: contact_t, contacts_of, has_one_contact, active_contacts, penetration_tolerance, penetrates
-   public :: shape_of_contact, observed_height, height_from_rest, datum_of, force_on_extra
+   public :: shape_of_contact, observed_height, height_from_rest, datum_of, force_on_point, owner_of_contact
 
    !> A unilateral contact: one side of a stop.
    type :: contact_t
@@ -30,7 +31,7 @@ module stop_contacts
       real(wp) :: height = 0.0_wp
       !> Whether the beam is released from this contact
       logical :: is_release_contact = .false.
-      !> Whether the contact is between the beam and the base: no extra degree of freedom takes part
+      !> Whether the contact is between the beam and the base: no recorded point takes part
       logical :: is_fixed = .true.
       !> Position and law of the stop, and the parameters of the law
       type(stop_settings_t) :: settings
@@ -172,17 +173,27 @@ contains
       end associate
    end function shape_of_contact
 
-   !> Force on an extra degree of freedom per unit of the force of a contact.
-   elemental real(wp) function force_on_extra(contact, number) result(force)
+   !> To which stop or body a contact belongs.
+   elemental type(contact_owner_t) function owner_of_contact(contact) result(owner)
       type(contact_t), intent(in) :: contact
-      !> Index of the extra degree of freedom
+
+      associate (body => contact%settings%body)
+         owner = contact_owner_t(merge(contact%stop, 0, body == 0), body, contact%settings%is_of_base, &
+            nint(contact%sign), owner_of(contact%stop, body, contact%settings%is_of_base))
+      end associate
+   end function owner_of_contact
+
+   !> Force on a recorded point of the model per unit of the force of a contact.
+   elemental real(wp) function force_on_point(contact, number) result(force)
+      type(contact_t), intent(in) :: contact
+      !> Index of the point
       integer, intent(in) :: number
 
       force = 0.0_wp
       if (contact%settings%body == number) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
-   end function force_on_extra
+   end function force_on_point
 
-   !> Height of a contact surface if extra degrees of freedom count from z = 0: s times the displacement at which the
+   !> Height of a contact surface if recorded points count from z = 0: s times the displacement at which the
    !> gap is zero, which is that of the beam at a stop, of the beam less the body at a body, and of a body at its floor
    !> or ceiling.
    elemental real(wp) function observed_height(contact) result(height)
@@ -191,7 +202,7 @@ contains
       height = contact%height + contact%settings%shift_to_zero
    end function observed_height
 
-   !> Height of a contact surface if extra degrees of freedom count from where their springs have no force.
+   !> Height of a contact surface if recorded points count from where their springs have no force.
    elemental real(wp) function height_from_rest(contact) result(height)
       type(contact_t), intent(in) :: contact
 

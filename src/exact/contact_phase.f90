@@ -32,7 +32,7 @@ module contact_phase
    use section_states, only: motion_of, record_modes, state_at
    use section_types, only: section_state_t
    use set_motions, only: find_end_terms
-   use stop_contacts, only: datum_of, force_on_extra
+   use stop_contacts, only: datum_of, force_on_point
    use tangent_events, only: begin_columns, end_columns, record_sizes
    implicit none (type, external)
    private
@@ -291,9 +291,9 @@ contains
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
-         associate (extra => now%beam%displacement)
-            if (size(extra) > 0) sample%extra = reshape([(motion_of(now, z, v, extra(k)), &
-               sum(force*force_on_extra(now%states%contact, k)), k=1, size(extra))], [3, size(extra)])
+         associate (points => now%beam%displacement)
+            if (size(points) > 0) sample%points = reshape([(motion_of(now, z, v, points(k)), &
+               sum(force*force_on_point(now%states%contact, k)), k=1, size(points))], [3, size(points)])
          end associate
          sample%history(force_stop) = sum(force)
          if (any(requested%history([acceleration_stop, acceleration_tip]))) call sample_accelerations(now, &

@@ -243,9 +243,9 @@ contains
 
       beam%has_modal_damping = damps_each_mode(settings, modes)
       call make_oscillators(modes%square, common_zeta(settings), beam%oscillators, modes%rate)
-      associate (before => model%mass%order - size(model%extra))
-         beam%displacement = [(displacement_t(maxloc(abs(modes%mode(before + k, :)), dim=1), &
-            maxval(modes%mode(before + k, :)), model%extra(k)%origin), k=1, size(model%extra))]
+      associate (point => model%points)
+         beam%displacement = [(displacement_t(maxloc(modes%mode(point(k)%dof, :), dim=1), &
+            maxval(modes%mode(point(k)%dof, :)), point(k)%origin), k=1, size(point))]
       end associate
       if (settings%stop%impulse == impulse_nodal) then
          ! the velocity of mode i after a unit velocity of the node alone is phi_i . M e_c, because modes have unit mass

@@ -130,7 +130,7 @@ contains
    !> Find the coefficients of a row in the current phase. With n contacts, rows 1 to n are the displacements s y at the
    !> contacts (s = 1 for a contact below the beam, -1 above), row n + 1 is the displacement of the tip, rows n + 2 to
    !> 2 n + 1 are contact forces, and the others are bending moments and then displacements
-   !> of extra degrees of freedom.
+   !> of recorded points.
    pure subroutine find_row(moments, number, now, row)
       type(moments_t), intent(in) :: moments
       !> Number of the row
@@ -170,7 +170,7 @@ contains
          else
             row%weight = stiffness - constrained%oscillators%square*mass
          end if
-         ! the rotation about a pinned root and free bodies cause no moment
+         ! the rotation about a pinned root and other motions without strain cause no moment
          if (p > 0) then
             where (constrained%oscillators%square <= max_rigid_square) row%weight = 0.0_wp
          end if
@@ -185,21 +185,21 @@ contains
       end associate
    end subroutine find_row
 
-   !> Find the coefficients of a displacement in the current phase: at a contact, of the tip or of an extra
-   !> degree of freedom.
-   pure subroutine find_displacement_row(number, extra, now, row)
+   !> Find the coefficients of a displacement in the current phase: at a contact, of the tip or of a
+   !> recorded point.
+   pure subroutine find_displacement_row(number, point, now, row)
       !> Number of the row
       integer, intent(in) :: number
-      !> Index of the extra degree of freedom; below 1: the displacement is one of the beam
-      integer, intent(in) :: extra
+      !> Index of the recorded point; below 1: the displacement is one of the beam
+      integer, intent(in) :: point
       type(phase_state_t), intent(in) :: now
       type(motion_row_t), intent(out) :: row
 
       associate (constrained => now%set%constrained)
-         if (extra > 0) then
+         if (point > 0) then
             ! a single free mode takes part
-            associate (i => now%beam%displacement(extra)%mode, value => now%beam%displacement(extra)%value)
-               row%static = now%beam%displacement(extra)%origin + value*constrained%static(i)
+            associate (i => now%beam%displacement(point)%mode, value => now%beam%displacement(point)%value)
+               row%static = now%beam%displacement(point)%origin + value*constrained%static(i)
                allocate (row%weight(constrained%count), source=0.0_wp)
                if (allocated(constrained%mode)) row%weight = value*constrained%mode(i, :)
                if (.not. allocated(constrained%mode)) row%weight(i) = value

@@ -22,11 +22,10 @@ contains
       !> The modes, of unit modal mass
       type(free_modes_t), intent(in) :: modes
       !> K = lambda1^4 W^2 and M = 1 of the modes, in E Ibar/L^3 and rho Abar L as those of any model; `stop_dof`,
-      !> `stop_dofs`, `partner_dofs` and `tip_dof` are the entries of these points in a state vector (module
+      !> `stop_dofs`, `partner_dofs`, `points` and `tip_dof` are the entries of these points in a state vector (module
       !> `modal_steps`). Root and supports are part of the modes
       type(beam_model_t), intent(out) :: modal
-      !> Displacement of each point of the beam, and then of each extra degree of freedom, per unit of each mode,
-      !> [modes, points]
+      !> Displacement of each of these points per unit of each mode, [modes, points]
       real(wp), allocatable, intent(out) :: point_shape(:, :)
 
       ! degrees of freedom of the points in the model, with repetitions
@@ -44,17 +43,16 @@ contains
          modal%mass%values = 1.0_wp
          modal%supports = modal%supports(:0)
          modal%root_dofs = 0
-         repeated_dofs = [model%tip_dof, model%stop_dof, model%stop_dofs]
-         associate (beam => model%mass%order - size(model%extra))
-            dofs = [pack(repeated_dofs, repeated_dofs <= beam .and. [(findloc(repeated_dofs, repeated_dofs(i), dim=1) &
-               == i, i=1, size(repeated_dofs))]), [(i, i=beam + 1, model%mass%order)]]
-         end associate
+         repeated_dofs = [model%tip_dof, model%stop_dof, model%stop_dofs, model%points%dof]
+         dofs = pack(repeated_dofs, [(findloc(repeated_dofs, repeated_dofs(i), dim=1) == i, &
+            i=1, size(repeated_dofs))])
          point_shape = transpose(modes%mode(dofs, :))
          modal%tip_dof = order + 1
          modal%stop_dof = order + findloc(dofs, model%stop_dof, dim=1)
          modal%stop_dofs = [(order + findloc(dofs, model%stop_dofs(i), dim=1), i=1, size(model%stop_dofs))]
          modal%partner_dofs = [(merge(order + findloc(dofs, model%partner_dofs(i), dim=1), 0, &
             model%partner_dofs(i) > 0), i=1, size(model%partner_dofs))]
+         modal%points%dof = [(order + findloc(dofs, model%points(i)%dof, dim=1), i=1, size(model%points))]
       end associate
    end subroutine make_modal_model
 

@@ -128,7 +128,7 @@ contains
       samples = count_samples(settings%response%duration, settings%response%step)
       run%samples = samples
       call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
-         has_loads(settings), settings%extra_dofs)
+         has_loads(settings), run%points)
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
       allocate (response%contacts(size(run%contacts)))
@@ -149,7 +149,7 @@ contains
       if (allocated(run%place_weights)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare) &
          .or. allocated(settings%spectrum)
-      call open_step_interval(size(run%contacts), places, run%interval, run%extra%origin)
+      call open_step_interval(size(run%contacts), places, run%interval, run%points%origin)
    end subroutine open_outputs
 
    !> Close the contacts of the first instant, and pass its events to the observers.
@@ -227,7 +227,6 @@ contains
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
       whole = model
       call complete_model(settings, whole)
-      run%extra = whole%extra
       if (run%release_contact > 0) then
          whole%stop_dof = whole%stop_dofs(contacts(run%release_contact)%stop)
          run%height = datum_of(contacts(run%release_contact))
@@ -247,6 +246,7 @@ contains
          call complete_model(settings, supported)
          supported%stop_dof = whole%stop_dof
       end if
+      run%points = supported%points
       ! a degree of freedom with a damping rate of its own may have little damping
       call divide_step(supported, merge(0.0_wp, settings%zeta, allocated(whole%own_rate)), settings%response, &
          run%steps_per_sample, error)

@@ -8,6 +8,7 @@
 !> `newmark_stepper`).
 module newmark_run
    use applied_loads, only: applied_loads_t
+   use beam_model, only: recorded_point_t
    use compliant_stop, only: rounding_of_force, stop_step_t, compliant_stop_t
    use contact_measures, only: measurer_t
    use contact_rows, only: row_value, contact_row_t
@@ -20,7 +21,6 @@ module newmark_run
    use response_types, only: moment_extremes_t
    use run_observers, only: observers_t
    use run_recorder, only: energy_balance_t
-   use run_settings, only: extra_dof_t
    use run_spectra, only: spectrum_sums_t
    use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
@@ -200,8 +200,8 @@ module newmark_run
       !> Index of the release contact (`history_list`), to which the histories of the run refer; 0: there are no
       !> contacts
       integer :: release_contact = 1
-      !> Extra degrees of freedom, the last entries of state vectors
-      type(extra_dof_t), allocatable :: extra(:)
+      !> Recorded points, with their entries in state vectors
+      type(recorded_point_t), allocatable :: points(:)
       !> Height d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
       !> Coefficients of steps of length step/2^level, computed at first use, [0:deepest_level]

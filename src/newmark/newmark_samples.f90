@@ -11,7 +11,7 @@ module newmark_samples
    use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
    use run_recorder, only: record_sample, sample_t
-   use stop_contacts, only: force_on_extra
+   use stop_contacts, only: force_on_point
    implicit none (type, external)
    private
    public :: take_sample, shapes_in_step
@@ -71,10 +71,10 @@ contains
             end associate
          end do
       end associate
-      associate (state => run%states(run%now), n => size(run%extra), before => run%stepper%length - size(run%extra))
-         if (n > 0) sample%extra = reshape([(run%extra(k)%origin + state%beam%displacement(before + k), &
-            state%beam%velocity(before + k), sum(run%height_ratio*state%force*force_on_extra(run%contacts%contact, &
-            k)), k=1, n)], [3, n])
+      associate (state => run%states(run%now), point => run%points)
+         if (size(point) > 0) sample%points = reshape([(point(k)%origin + state%beam%displacement(point(k)%dof), &
+            state%beam%velocity(point(k)%dof), sum(run%height_ratio*state%force &
+            *force_on_point(run%contacts%contact, k)), k=1, size(point))], [3, size(point)])
       end associate
       if (allocated(run%place_weights)) sample%moment = moments_now(run)
       call record_sample(place, sample, run%energy_balance, response)

@@ -390,9 +390,10 @@ contains
             interval%acceleration(:, k) = [old%beam%acceleration(tip), new%beam%acceleration(tip)]
          end associate
          if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
-         ! displacement 0 is that of the tip, and the others are the last entries of the state vectors
-         do d = 0, ubound(interval%origin, 1)
-            i = merge(run%stepper%length - ubound(interval%origin, 1) + d, run%stepper%tip_dof, d > 0)
+         ! displacement 0 is that of the tip, and the others are those of the recorded points
+         do d = 0, size(run%points)
+            i = run%stepper%tip_dof
+            if (d > 0) i = run%points(d)%dof
             interval%ends(:, k + d) = [interval%origin(d) + [old%beam%displacement(i), new%beam%displacement(i)], &
                old%beam%velocity(i), new%beam%velocity(i)]
          end do

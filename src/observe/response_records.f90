@@ -1,23 +1,23 @@
 !> The records of a run, for either method: allocation of histories (values at equal time steps) of beam, contacts,
-!> extra degrees of freedom and energies, and of shapes (displacements, slopes and their rates along the whole beam at
+!> recorded points and energies, and of shapes (displacements, slopes and their rates along the whole beam at
 !> given instants). Other modules record them.
 module response_records
+   use beam_model, only: recorded_point_t
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
-   use measure_list, only: owner_of
    use response_types, only: contact_record_t, response_t
-   use run_settings, only: count_samples, extra_dof_t, output_settings_t
+   use run_settings, only: count_samples, output_settings_t
    use sorting, only: ascending_order
-   use stop_contacts, only: contact_t, observed_height
+   use stop_contacts, only: contact_t, observed_height, owner_of_contact
    implicit none (type, external)
    private
    public :: open_records, open_contact_record
 
 contains
 
-   !> Allocate the requested histories and shapes. Extra degrees of freedom have histories of displacement, velocity and
+   !> Allocate the requested histories and shapes. Points have histories of displacement, velocity and
    !> force if these quantities are requested at the stop.
-   pure subroutine open_records(elements, settings, samples, step, response, is_driven, extra)
+   pure subroutine open_records(elements, settings, samples, step, response, is_driven, points)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
       !> Requested output
@@ -30,8 +30,8 @@ contains
       type(response_t), intent(inout) :: response
       !> Whether loads act on the beam, so that their work is recorded; default false
       logical, intent(in), optional :: is_driven
-      !> Extra degrees of freedom; absent: there are none
-      type(extra_dof_t), intent(in), optional :: extra(:)
+      !> Recorded points of the model; absent: there are none
+      type(recorded_point_t), intent(in), optional :: points(:)
 
       integer :: i, shapes
 
@@ -42,16 +42,7 @@ contains
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
          end do
-         if (present(extra)) then
-            allocate (response%extra(size(extra)))
-            response%extra%position = extra%position
-            response%extra%rest = extra%rest
-            do i = 1, size(extra)
-               if (settings%history(eta_stop)) allocate (response%extra(i)%displacement(n), source=0.0_wp)
-               if (settings%history(velocity_stop)) allocate (response%extra(i)%velocity(n), source=0.0_wp)
-               if (settings%history(force_stop)) allocate (response%extra(i)%force(n), source=0.0_wp)
-            end do
-         end if
+         if (present(points)) call open_point_records(points, settings, n, response)
          if (settings%energy) then
             allocate (response%energy)
             associate (energy => response%energy)
@@ -70,6 +61,29 @@ contains
             source=0.0_wp)
       end associate
    end subroutine open_records
+
+   !> Set position and rest in the records of points, and allocate their histories.
+   pure subroutine open_point_records(points, settings, length, response)
+      type(recorded_point_t), intent(in) :: points(:)
+      type(output_settings_t), intent(in) :: settings
+      !> Number of samples, including that at the start
+      integer, intent(in) :: length
+      type(response_t), intent(inout) :: response
+
+      integer :: i
+
+      if (size(points) == 0) return
+      allocate (response%points(size(points)))
+      response%points%position = points%position
+      response%points%rest = points%rest
+      do i = 1, size(points)
+         associate (record => response%points(i))
+            if (settings%history(eta_stop)) allocate (record%displacement(length), source=0.0_wp)
+            if (settings%history(velocity_stop)) allocate (record%velocity(length), source=0.0_wp)
+            if (settings%history(force_stop)) allocate (record%force(length), source=0.0_wp)
+         end associate
+      end do
+   end subroutine open_point_records
 
    !> Instants of the recorded shapes, in ascending order without duplicates: those listed in the settings and equally
    !> spaced ones.
@@ -118,7 +132,7 @@ contains
       end do
    end function merged
 
-   !> Set stop, body, side, position and height in the record of a contact, and allocate its histories.
+   !> Set owner, side, position and height in the record of a contact, and allocate its histories.
    pure subroutine open_contact_record(contact, output, length, record)
       type(contact_t), intent(in) :: contact
       type(output_settings_t), intent(in) :: output
@@ -126,11 +140,7 @@ contains
       integer, intent(in) :: length
       type(contact_record_t), intent(out) :: record
 
-      record%body = contact%settings%body
-      record%is_of_base = contact%settings%is_of_base
-      record%stop = merge(contact%stop, 0, record%body == 0)
-      record%owner = owner_of(record%stop, record%body, record%is_of_base)
-      record%sign = nint(contact%sign)
+      record%contact_owner_t = owner_of_contact(contact)
       record%position = contact%settings%position
       record%height = contact%sign*observed_height(contact)
       if (output%history(eta_stop)) allocate (record%eta(length), source=0.0_wp)

@@ -8,15 +8,15 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
+   use measure_list, only: contact_owner_t
    use mesh_checks, only: mesh_check_t
-   use number_text, only: to_text
    use section_types, only: run_sections_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
    use spectrum_types, only: run_spectrum_t
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, extra_record_t, contact_record_t, contact_name, moment_record_t, moment_extremes_t, &
+   public :: response_t, event_t, point_record_t, contact_record_t, moment_record_t, moment_extremes_t, &
       moment_window_t, &
       append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
@@ -237,17 +237,7 @@ module response_types
    end type series_t
 
    !> Histories and measures of one of several contacts.
-   type :: contact_record_t
-      !> Number of its &stop; 0: the contact belongs to a &body
-      integer :: stop = 1
-      !> Number of its &body; 0: the contact belongs to a &stop
-      integer :: body = 0
-      !> Whether the contact is that of the body with its floor or ceiling instead of the beam
-      logical :: is_of_base = .false.
-      !> Index in `measured_groups` of the stop or body to which it belongs, 0: none
-      integer :: owner = 0
-      !> Side: 1 below the beam or the body, -1 above it
-      integer :: sign = 1
+   type, extends(contact_owner_t) :: contact_record_t
       !> Position Lc/L
       real(wp) :: position = 1.0_wp
       !> Height d of the contact surface in the unit of displacement
@@ -319,8 +309,8 @@ module response_types
       real(wp), allocatable :: class_cycles(:)
    end type moment_window_t
 
-   !> Histories of an extra degree of freedom z.
-   type :: extra_record_t
+   !> Histories of a recorded point with the displacement z.
+   type :: point_record_t
       !> Position x/L
       real(wp) :: position = 0.0_wp
       !> Displacement z at the sample times; unallocated: not requested
@@ -332,7 +322,7 @@ module response_types
       real(wp), allocatable :: force(:)
       !> z at which its spring has no force
       real(wp) :: rest = 0.0_wp
-   end type extra_record_t
+   end type point_record_t
 
    !> Result of a run.
    type :: response_t
@@ -346,8 +336,8 @@ module response_types
       type(series_t) :: history(history_count)
       !> Contacts in the scene's order, below before above; unallocated: there is one contact
       type(contact_record_t), allocatable :: contacts(:)
-      !> Extra degrees of freedom, in the order of &body; unallocated: there are none
-      type(extra_record_t), allocatable :: extra(:)
+      !> Recorded points of the model; unallocated: there are none
+      type(point_record_t), allocatable :: points(:)
       !> Moments at the requested places, in the scene's order; unallocated: not requested
       type(moment_record_t), allocatable :: moments(:)
       !> Moments at the requested places within the window of &statistics; unallocated: not requested
@@ -405,17 +395,6 @@ contains
       response%event_count = response%event_count + 1
       response%events(response%event_count) = event
    end subroutine append_event
-
-   !> Name of a contact, such as 'stop_1_below', 'body_2_above' or 'body_2_floor'.
-   pure function contact_name(contact) result(name)
-      type(contact_record_t), intent(in) :: contact
-      character(:), allocatable :: name
-
-      name = trim(merge('_below', '_above', contact%sign > 0))
-      if (contact%is_of_base) name = trim(merge('_floor  ', '_ceiling', contact%sign > 0))
-      if (contact%body == 0) name = 'stop_'//to_text(contact%stop)//name
-      if (contact%body > 0) name = 'body_'//to_text(contact%body)//name
-   end function contact_name
 
    !> Maximum error of the energy balance at the samples of a run.
    pure real(wp) function balance_error(response) result(max_error)

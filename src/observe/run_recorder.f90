@@ -46,9 +46,9 @@ module run_recorder
       real(wp) :: work = 0.0_wp
       !> Bending moments, [places]
       real(wp), allocatable :: moment(:)
-      !> Displacement and velocity of each extra degree of freedom, and Pbar of the contact forces on it, [3, extra];
+      !> Displacement and velocity of each recorded point, and Pbar of the contact forces on it, [3, points];
       !> unallocated: there are none
-      real(wp), allocatable :: extra(:, :)
+      real(wp), allocatable :: points(:, :)
    end type sample_t
 
    !> Recorder of a run by the exact method, phase by phase.
@@ -102,12 +102,12 @@ contains
             if (allocated(response%moments(i)%moment)) response%moments(i)%moment(place) = sample%moment(i)
          end do
       end if
-      if (allocated(sample%extra)) then
-         do i = 1, size(response%extra)
-            associate (record => response%extra(i))
-               if (allocated(record%displacement)) record%displacement(place) = sample%extra(1, i)
-               if (allocated(record%velocity)) record%velocity(place) = sample%extra(2, i)
-               if (allocated(record%force)) record%force(place) = sample%extra(3, i)
+      if (allocated(sample%points)) then
+         do i = 1, size(response%points)
+            associate (record => response%points(i))
+               if (allocated(record%displacement)) record%displacement(place) = sample%points(1, i)
+               if (allocated(record%velocity)) record%velocity(place) = sample%points(2, i)
+               if (allocated(record%force)) record%force(place) = sample%points(3, i)
             end associate
          end do
       end if

@@ -18,7 +18,7 @@ module run_spectra
    use spectrum_settings, only: quantity_force, quantity_moment, signal_table, window_hann
    use spectrum_types, only: run_spectrum_t
    use spectrum_windows, only: open_windows, transforms_of, windows_t
-   use stop_contacts, only: contact_t, contacts_of, force_on_extra
+   use stop_contacts, only: contact_t, contacts_of, force_on_point
    implicit none (type, external)
    private
    public :: spectrum_sums_t, open_spectrum, add_interval, take_impulses, finish_spectrum
@@ -119,7 +119,7 @@ contains
          do k = 1, size(requested%of)
             if (signal_table(requested%of(k))%base /= quantity_force) cycle
             if (signal_table(requested%of(k))%is_of_body) then
-               force_weight(contacts%number, k) = settings%height_ratio*force_on_extra(contacts, requested%body)
+               force_weight(contacts%number, k) = settings%height_ratio*force_on_point(contacts, requested%body)
             else
                force_weight(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, requested%contact == 0 .or. &
                   contacts%number == requested%contact)

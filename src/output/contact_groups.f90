@@ -2,11 +2,11 @@
 !> histories and measures of each contact. Users read the word surface for a contact.
 module contact_groups
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: contact_name, measure_count, measure_table
    use measure_rows, only: write_measure_lists
    use point_groups, only: contact_points, put_histories, put_points
    use quantity_groups, only: quantity_group_t
-   use response_types, only: contact_name, contact_record_t
+   use response_types, only: contact_record_t
    use run_measures, only: row_of
    implicit none (type, external)
    private

@@ -4,7 +4,7 @@ module point_groups
    use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: contact_points, extra_points, put_points, put_histories, put_motion, put_amplitudes, in_degrees
+   public :: contact_points, body_points, put_points, put_histories, put_motion, put_all_amplitudes, in_degrees
 
    !> Points of one kind.
    type :: points_t
@@ -26,8 +26,8 @@ module point_groups
       'displacement of the beam there, up from the unstressed beam, relative to the body if it is one; at floor and ' &
       //'ceiling that of the body', &
       'amplitude of the beam there, relative to the body if it is one; at floor and ceiling that of the body')
-   !> Extra degrees of freedom.
-   type(points_t), parameter :: extra_points = points_t('body', 'body, in the order of &body', 'body', &
+   !> Bodies, the recorded points of a model.
+   type(points_t), parameter :: body_points = points_t('body', 'body, in the order of &body', 'body', &
       'displacement of the body, up', 'amplitude of the body alone on its spring and damper')
 
 contains
@@ -73,6 +73,18 @@ contains
          trim(points%scale)//' tau')
       call group%put('velocity_'//points%name, velocity, 'velocity', 'its velocity', trim(points%scale)//' tau')
    end subroutine put_motion
+
+   !> Write complex amplitudes of all recorded points and of all contacts.
+   subroutine put_all_amplitudes(group, points, contacts)
+      type(quantity_group_t), intent(in) :: group
+      !> Amplitudes of the recorded points, [points, frequencies]
+      complex(wp), intent(in) :: points(:, :)
+      !> Amplitudes of the contacts in the scene's order, [contacts, frequencies]
+      complex(wp), intent(in) :: contacts(:, :)
+
+      call put_amplitudes(group, body_points, points)
+      call put_amplitudes(group, contact_points, contacts)
+   end subroutine put_all_amplitudes
 
    !> Write complex amplitudes over the scale `omega`, and the scale of the points, if there are any.
    subroutine put_amplitudes(group, points, amplitude)

@@ -44,7 +44,7 @@ contains
       end if
       ! an unallocated component is an absent argument
       if (allocated(response%contacts)) call write_contacts(group%subgroup('surfaces'), response%contacts, response%tau)
-      if (allocated(response%extra)) call write_bodies(group%subgroup('bodies'), response%extra, response%tau)
+      if (allocated(response%points)) call write_bodies(group%subgroup('bodies'), response%points, response%tau)
       if (allocated(response%moments)) call write_stress(group%subgroup('stress'), response%moments, response%tau, &
          response%moment_windows)
    end subroutine write_run

@@ -4,15 +4,15 @@ module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use joined_texts, only: joined
    use kinds, only: wp
-   use measure_list, only: first_peak, first_statistic, force_window, measure_count, measure_decay, measure_force, &
-      measure_mean_force, measure_named, measure_settling, measure_table, measure_tolerance, peak_count
+   use measure_list, only: contact_name, first_peak, first_statistic, force_window, measure_count, measure_decay, &
+      measure_force, measure_mean_force, measure_named, measure_settling, measure_table, measure_tolerance, peak_count
    use measure_rows, only: extremes_in_words, row_in_units
    use mesh_checks, only: mesh_check_t
    use mesh_errors, only: mesh_errors_t
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, units_t, words_in
    use reader_units, only: choose_prefix, phrase, value_in_units, unit_in
-   use response_types, only: mode_check_t, run_measures_t, contact_name, contact_record_t, moment_record_t, &
+   use response_types, only: mode_check_t, run_measures_t, contact_record_t, moment_record_t, &
       moment_window_t
    use run_measures, only: row_of
    use statistic_types, only: run_statistics_t

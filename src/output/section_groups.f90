@@ -2,7 +2,7 @@
 !> phase angle in each period of the load.
 module section_groups
    use kinds, only: wp
-   use point_groups, only: contact_points, extra_points, put_motion, put_points
+   use point_groups, only: contact_points, body_points, put_motion, put_points
    use quantity_groups, only: quantity_group_t
    use section_types, only: run_sections_t
    implicit none (type, external)
@@ -49,8 +49,8 @@ contains
          end if
          extra = ubound(sections%displacement, 2)
          if (extra > 0) then
-            call put_points(group, extra_points, extra)
-            call put_motion(group, extra_points, sections%displacement(1, 1:, :n), sections%displacement(2, 1:, :n))
+            call put_points(group, body_points, extra)
+            call put_motion(group, body_points, sections%displacement(1, 1:, :n), sections%displacement(2, 1:, :n))
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &

@@ -3,11 +3,13 @@
 !> a run, in the order of the table (a row).
 module measure_list
    use kinds, only: wp
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_peak, &
       first_statistic, former_names, formerly_named, measure_of_word, measure_words
    public :: force_window, measure_decay, measure_force, measure_mean_force, measure_tolerance
+   public :: contact_owner_t, contact_name
    public :: measured_groups, likewise_measured, owner_of, statistics_of_stop, first_of_stops, demand_of
 
    !> A measure.
@@ -294,6 +296,20 @@ module measure_list
    !> Number of rebounds (flights above the settling level) whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 
+   !> The stop or body to which a contact belongs.
+   type :: contact_owner_t
+      !> Number of its &stop; 0: the contact belongs to a &body
+      integer :: stop = 1
+      !> Number of its &body; 0: the contact belongs to a &stop
+      integer :: body = 0
+      !> Whether the contact is that of the body with its floor or ceiling instead of the beam
+      logical :: is_of_base = .false.
+      !> Side: 1 below the beam or the body, -1 above it
+      integer :: sign = 1
+      !> Index in `measured_groups` of the stop or body, 0: none
+      integer :: owner = 0
+   end type contact_owner_t
+
 contains
 
    !> Index of a measure in the table; 0: no measure has this name.
@@ -302,6 +318,17 @@ contains
 
       measure_named = findloc(measure_table%name, name, dim=1)
    end function measure_named
+
+   !> Name of a contact, such as 'stop_1_below', 'body_2_above' or 'body_2_floor'.
+   pure function contact_name(contact) result(name)
+      class(contact_owner_t), intent(in) :: contact
+      character(:), allocatable :: name
+
+      name = trim(merge('_below', '_above', contact%sign > 0))
+      if (contact%is_of_base) name = trim(merge('_floor  ', '_ceiling', contact%sign > 0))
+      if (contact%body == 0) name = 'stop_'//to_text(contact%stop)//name
+      if (contact%body > 0) name = 'body_'//to_text(contact%body)//name
+   end function contact_name
 
    !> Index in `measured_groups` of the stop or body to which a contact belongs; 0: it has no measures of its own.
    elemental integer function owner_of(stop, body, is_of_base) result(owner)

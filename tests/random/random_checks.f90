@@ -464,9 +464,9 @@ contains
          unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values)) &
             + sqrt(maxval(response%energy%strain))
          if (.not. scene%has_bodies) return
-         do k = 1, size(response%extra)
-            unit = max(unit, maxval(abs(response%extra(k)%displacement)), few*epsilon(1.0_wp)/rounding &
-               *scene%response%duration*maxval(abs(response%extra(k)%velocity)))
+         do k = 1, size(response%points)
+            unit = max(unit, maxval(abs(response%points(k)%displacement)), few*epsilon(1.0_wp)/rounding &
+               *scene%response%duration*maxval(abs(response%points(k)%velocity)))
          end do
          return
       end if
