@@ -72,14 +72,14 @@ contains
       ! close, open or be captured at one instant
       integer, parameter :: standstill_cap = 2000
       ! without damping, a contact may open and close with the period of the fastest mode, that of the shortest element
-      character(*), parameter :: remedy = '; damping or a more even mesh ends that'
+      character(*), parameter :: remedy = 'damping or a more even mesh ends that'
 
       if (events > limit) then
          call fail(error, status_run_failed, 'more than event_limit = '//to_text(limit)//' events by tau = '// &
-            to_text(tau)//': the motion chatters'//remedy)
+            to_text(tau)//': raise event_limit if so many are expected; if the motion chatters, '//remedy)
       else if (standstill > standstill_cap) then
          call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//to_text(tau)// &
-            ': events follow each other within the rounding error of time'//remedy)
+            ': events follow each other within the rounding error of time; '//remedy)
       end if
    end subroutine check_events
 

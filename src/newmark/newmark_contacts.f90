@@ -262,7 +262,7 @@ contains
 
       if (response%event_count >= run%event_limit) then
          call fail(run%error, status_run_failed, 'more than event_limit = '//to_text(run%event_limit)// &
-            ' events by tau = '//to_text(event%tau))
+            ' events by tau = '//to_text(event%tau)//': raise event_limit if so many are expected')
          return
       end if
       call append_event(response, event)

@@ -119,7 +119,8 @@ contains
       factor = hertz*factor
    end subroutine choose_frequency_unit
 
-   !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
+   !> Print the orthogonality errors of the mode shapes, the reason of each failed solver, and why `lanczos` may list
+   !> fewer modes than requested.
    subroutine print_notes(unit, table)
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
@@ -132,6 +133,8 @@ contains
          associate (column => table%columns(i))
             if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
                //elements_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
+            if (column%solver == 'lanczos' .and. size(column%lambda) == column%elements) call print_line(unit, '', &
+               'lanczos finds at most one mode for each of '//to_text(column%elements)//' elements', width=0)
          end associate
       end do
    end subroutine print_notes
