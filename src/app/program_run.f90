@@ -13,7 +13,7 @@ module program_run
    use program_identity, only: name_of_program, program_motion, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
-   use scene_checks, only: check_scene, failing_cases
+   use scene_checks, only: check_scene, failing_cases, locate_failure
    use scene_reader, only: complain_of_scene, read_scene
    use scene_resolve, only: problem_with_damping
    use scene_templates, only: template_text
@@ -160,7 +160,9 @@ contains
          else
             call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error, command%format)
          end if
-         if (allocated(error)) call report(program, scenes(i)%file//': '//error%message, error%status, status)
+         if (.not. allocated(error)) cycle
+         call locate_failure(scenes(i), error)
+         call report(program, error%message, error%status, status)
       end do
    end subroutine run_command_line
 

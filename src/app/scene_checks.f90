@@ -1,7 +1,7 @@
 !> Checks of a scene, the contents of one input file, that need the model of its beam and are made before any run.
 module scene_checks
    use beam_model, only: beam_model_t
-   use failures, only: failure_t
+   use failures, only: failure_t, status_bad_input
    use kinds, only: wp
    use motion_run, only: check_motion
    use number_text, only: to_text
@@ -14,7 +14,20 @@ module scene_checks
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
-   public :: check_scene, failing_cases
+   public :: check_scene, failing_cases, locate_failure
+
+   !> Beginning of a message, and the group and the names that it is about; the last for all other messages.
+   character(*), parameter :: subjects(3, 10) = reshape([character(40) :: &
+      'mass = ', 'mesh', 'mass', &
+      'contact_tolerance ', 'response', 'contact_tolerance', &
+      'modes must be ', 'response', 'modes', &
+      'the mode of the start ', 'start', 'mode', &
+      'displacements of ', 'start', 'displacement_ratios displacements', &
+      'velocities of ', 'start', 'velocity_ratios velocities', &
+      'the support at ', 'support', '', &
+      'the beam', 'stop', '', &
+      'the stops at ', 'stop', '', &
+      '', 'response', 'step step_time'], [3, 10])
 
 contains
 
@@ -88,18 +101,6 @@ contains
       !> Reason why the run cannot start
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! beginning of a message, and the group and the names that it is about; the last for all other messages
-      character(*), parameter :: subjects(3, 10) = reshape([character(40) :: &
-         'mass = ', 'mesh', 'mass', &
-         'contact_tolerance ', 'response', 'contact_tolerance', &
-         'modes must be ', 'response', 'modes', &
-         'the mode of the start ', 'start', 'mode', &
-         'displacements of ', 'start', 'displacement_ratios displacements', &
-         'velocities of ', 'start', 'velocity_ratios velocities', &
-         'the support at ', 'support', '', &
-         'the beam', 'stop', '', &
-         'the stops at ', 'stop', '', &
-         '', 'response', 'step step_time'], [3, 10])
       type(failure_t), allocatable :: failure
       integer :: i
 
@@ -109,9 +110,35 @@ contains
          call complain_of_position(scene, modified, subject, failure%message, error)
          return
       end if
-      i = findloc([(index(failure%message, trim(subjects(1, i))) == 1, i=1, size(subjects, 2))], .true., dim=1)
+      i = subject_of(failure%message)
       call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), subject//failure%message, error)
    end subroutine check_run
+
+   !> Name the file, and the line and group of the scene, in the failure of a run whose start was refused only by the
+   !> run itself.
+   subroutine locate_failure(scene, error)
+      type(scene_t), intent(in) :: scene
+      !> Failure of the run
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(failure_t), allocatable :: failure
+      integer :: i
+
+      i = subject_of(error%message)
+      if (error%status == status_bad_input .and. i < size(subjects, 2)) then
+         call move_alloc(error, failure)
+         call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), failure%message, error)
+      else
+         error%message = scene%file//': '//error%message
+      end if
+   end subroutine locate_failure
+
+   !> Column of `subjects` for a message.
+   pure integer function subject_of(message) result(i)
+      character(*), intent(in) :: message
+
+      i = findloc([(index(message, trim(subjects(1, i))) == 1, i=1, size(subjects, 2))], .true., dim=1)
+   end function subject_of
 
    !> Report a position without a node, in the line of the support, mass, body or stop that has it.
    subroutine complain_of_position(scene, modified, subject, message, error)

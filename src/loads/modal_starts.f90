@@ -106,7 +106,7 @@ contains
          call check_start(beam, contacts, forces, q, error)
       end if
       if (allocated(error) .and. is_truncated) error%message = error%message//', because the static shape of the ' &
-         //'start needs more than the '//to_text(size(q))//' modes of the motion'
+         //'start needs more modes than the '//to_text(size(q))//' of the motion'
       if (.not. allocated(error)) call move_onto_contacts(beam, contacts, is_active, forces, q, error)
    end subroutine find_modal_start
 
