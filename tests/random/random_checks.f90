@@ -542,8 +542,8 @@ contains
       call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*scene%response%step/lambda1**2)**2
       settings = run_settings_of(scene)
-      if (scene%has_bodies) share = share + epsilon(1.0_wp)*scene%response%step*maxval(max(settings%extra_dofs%rate, &
-         2.0_wp*(settings%zeta*settings%extra_dofs%square + settings%zeta_mass)) &
+      if (scene%has_bodies) share = share + epsilon(1.0_wp)*scene%response%step*maxval(merge(settings%extra_dofs%rate, &
+         2.0_wp*(settings%zeta*settings%extra_dofs%square + settings%zeta_mass), settings%extra_dofs%rate >= 0.0_wp) &
          + settings%extra_dofs%square*scene%response%step)
       ! an estimate by the shape at the start, right to its order
       share = min(promised, 1.0e-9_wp + 10.0_wp*share)
