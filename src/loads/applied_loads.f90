@@ -14,7 +14,7 @@ module applied_loads
    implicit none (type, external)
    private
    public :: applied_loads_t, gather_loads, are_mergeable, merge_loads, has_loads, drop_balanced, count_forces, &
-      courses_of
+      courses_of, largest_value, largest_slope
 
    !> A mode is slow if its static displacement under the loads, estimated as their maximum amplitude over W^2, exceeds
    !> this number of units of displacement, or its quasi-static velocity under the slopes of a table, estimated
@@ -91,6 +91,8 @@ contains
       type(applied_loads_t), intent(out) :: loads
 
       real(wp), allocatable :: vector(:)
+      ! maximum magnitude of all time courses and of the slopes of tables, a measure of the modal forces
+      real(wp) :: largest
       integer :: forces, g, i
 
       forces = count_forces(settings)
@@ -121,8 +123,9 @@ contains
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration
+      largest = maxval([largest_value(loads%course), largest_slope(loads%course)])
       loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, &
-         min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
+         min(sqrt(largest/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
    !> Whether loads may be merged: bending moments (`&stress`) are evaluated with single forces, and derivatives with
@@ -178,27 +181,25 @@ contains
          course%start - other%start, course%end - other%end, course%duration - other%duration]) <= 0.0_wp)
    end function is_proportional
 
-   !> Maximum magnitude of all time courses and of the slopes of tables, a measure of the modal forces.
-   pure real(wp) function max_amplitude(loads) result(maximum)
-      type(applied_loads_t), intent(in) :: loads
+   !> Maximum magnitude of a time course.
+   elemental real(wp) function largest_value(course) result(maximum)
+      type(time_course_t), intent(in) :: course
 
-      integer :: g, i
+      maximum = abs(course%amplitude)
+      if (allocated(course%value)) maximum = maximum*maxval(abs(course%value))
+   end function largest_value
+
+   !> Maximum magnitude of the slopes of a table; 0 for other time courses.
+   elemental real(wp) function largest_slope(course) result(maximum)
+      type(time_course_t), intent(in) :: course
 
       maximum = 0.0_wp
-      do g = 1, loads%count
-         associate (course => loads%course(g))
-            if (allocated(course%value)) then
-               maximum = max(maximum, abs(course%amplitude)*maxval(abs(course%value)))
-               do i = 2, size(course%value)
-                  maximum = max(maximum, abs(course%amplitude*(course%value(i) - course%value(i - 1)) &
-                     /(course%time(i) - course%time(i - 1))))
-               end do
-            else
-               maximum = max(maximum, abs(course%amplitude))
-            end if
-         end associate
-      end do
-   end function max_amplitude
+      if (.not. allocated(course%value)) return
+      associate (n => size(course%value))
+         maximum = maxval([0.0_wp, abs(course%amplitude*(course%value(2:) - course%value(:n - 1)) &
+            /(course%time(2:) - course%time(:n - 1)))])
+      end associate
+   end function largest_slope
 
    !> Frequencies of the harmonic and half-sine loads.
    pure subroutine find_frequencies(loads)

@@ -1,10 +1,10 @@
 !> Surrogate harmonics for loads on a beam with closed compliant contacts, if a term exp(s t) of the motion is slow,
-!> that is, hardly changes during the run. The static response of such a term to a load would be much larger than the
+!> that is, hardly changes during the run or a segment of a table. The static response of such a term to a load would be much larger than the
 !> motion. A sum of harmonics with frequencies of about the inverse length of the phase therefore replaces constant,
 !> linear and slow harmonic loads during a phase; the responses to these surrogates are hardly larger than the motion
 !> (docs/theory.md, section 18).
 module surrogate_loads
-   use applied_loads, only: applied_loads_t
+   use applied_loads, only: applied_loads_t, largest_slope, largest_value
    use compliant_stop, only: dynamic_stiffness_t
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
@@ -19,6 +19,9 @@ module surrogate_loads
 
    !> A term is slow if the magnitude of its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
+   !> Terms are slow, too, if the quasi-static response of a mode to the loads exceeds this number of units of
+   !> displacement: the segments of a table are so short that the motion stays far below it.
+   real(wp), parameter :: max_units = 1.0e4_wp
 
    !> Number of surrogate harmonics. They reproduce exp(i w t) during a phase to rounding if w times the length of the
    !> phase is at most `lowest`.
@@ -55,10 +58,22 @@ contains
       !> Contains the load response of the set without surrogates
       type(forced_response_t), intent(inout) :: forced
 
-      if (is_new) set%has_slow_terms = any(abs(coupled%exponent)*loads%duration < max_slow)
+      if (is_new) set%has_slow_terms = any(abs(coupled%exponent)*loads%duration < max_slow) .or. &
+         largest_response(loads, set) > max_units
       if (set%has_slow_terms) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       if (set%has_slow_terms .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
    end subroutine forced_terms
+
+   !> Bound on the constant of the quasi-static response of the modes to constant and linear loads.
+   pure real(wp) function largest_response(loads, set) result(response)
+      type(applied_loads_t), intent(in) :: loads
+      type(unit_responses_t), intent(in) :: set
+
+      associate (modes => set%at%gaps)
+         response = maxval([0.0_wp, matmul(abs(set%constant(:modes, :)), largest_value(loads%course)) &
+            + matmul(abs(set%ramp(:modes, :)), largest_slope(loads%course))])
+      end associate
+   end function largest_response
 
    !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
    subroutine prepare_work_terms(exponent, shape, loads, forced)
