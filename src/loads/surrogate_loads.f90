@@ -1,8 +1,8 @@
 !> Surrogate harmonics for loads on a beam with closed compliant contacts, if a term exp(s t) of the motion is slow,
-!> that is, hardly changes during the run or a segment of a table. The static response of such a term to a load would be much larger than the
-!> motion. A sum of harmonics with frequencies of about the inverse length of the phase therefore replaces constant,
-!> linear and slow harmonic loads during a phase; the responses to these surrogates are hardly larger than the motion
-!> (docs/theory.md, section 18).
+!> that is, hardly changes during the run or a segment of a table. The static response of such a term to a load would be
+!> much larger than the motion. A sum of harmonics with frequencies of about the inverse length of the phase therefore
+!> replaces constant, linear and slow harmonic loads during a phase; the responses to these surrogates are hardly larger
+!> than the motion (docs/theory.md, section 18).
 module surrogate_loads
    use applied_loads, only: applied_loads_t, largest_slope, largest_value
    use compliant_stop, only: dynamic_stiffness_t
