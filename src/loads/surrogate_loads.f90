@@ -69,10 +69,15 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set
 
-      associate (modes => set%at%gaps)
-         response = maxval([0.0_wp, matmul(abs(set%constant(:modes, :)), largest_value(loads%course)) &
-            + matmul(abs(set%ramp(:modes, :)), largest_slope(loads%course))])
-      end associate
+      real(wp) :: slopes(loads%count), values(loads%count)
+      integer :: i
+
+      values = largest_value(loads%course)
+      slopes = largest_slope(loads%course)
+      response = 0.0_wp
+      do i = 1, set%at%gaps
+         response = max(response, sum(abs(set%constant(i, :))*values + abs(set%ramp(i, :))*slopes))
+      end do
    end function largest_response
 
    !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
