@@ -69,15 +69,15 @@ contains
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set
 
-      real(wp) :: slopes(loads%count), values(loads%count)
-      integer :: i
+      real(wp) :: of_mode(set%at%gaps)
+      integer :: g
 
-      values = largest_value(loads%course)
-      slopes = largest_slope(loads%course)
-      response = 0.0_wp
-      do i = 1, set%at%gaps
-         response = max(response, sum(abs(set%constant(i, :))*values + abs(set%ramp(i, :))*slopes))
+      of_mode = 0.0_wp
+      do g = 1, loads%count
+         of_mode = of_mode + abs(set%constant(:set%at%gaps, g))*largest_value(loads%course(g)) &
+            + abs(set%ramp(:set%at%gaps, g))*largest_slope(loads%course(g))
       end do
+      response = maxval([0.0_wp, of_mode])
    end function largest_response
 
    !> Prepare a set with closed compliant contacts for the work of loads and the losses in stops.
