@@ -5,10 +5,10 @@ module scene_checks
    use kinds, only: wp
    use motion_run, only: check_motion
    use number_text, only: to_text
-   use run_settings, only: method_newmark, stop_settings_t
+   use run_settings, only: method_newmark
    use scene_beam_model, only: model_of, run_settings_of
-   use scene_reader, only: complain_of_scene, draft_t, set_parameters, values_in_words
-   use scene_types, only: all_stops, mass_redistributed, scene_t
+   use scene_reader, only: complain_of_position, complain_of_scene, draft_t, set_parameters, values_in_words
+   use scene_types, only: mass_redistributed, scene_t
    use stop_contacts, only: has_one_contact
    use sweep_plan, only: case_values, make_plan, plan_t
    use sweep_settings, only: is_swept, parameter_t
@@ -140,49 +140,6 @@ contains
       i = findloc([(index(message, trim(subjects(1, i))) == 1, i=1, size(subjects, 2))], .true., dim=1)
    end function subject_of
 
-   !> Report a position without a node, in the line of the support, mass, body or stop that has it.
-   subroutine complain_of_position(scene, modified, subject, message, error)
-      !> The scene as read
-      type(scene_t), intent(in) :: scene
-      !> The scene with the parameter values of this run
-      type(scene_t), intent(in) :: modified
-      !> Description of the run, the start of the message
-      character(*), intent(in) :: subject
-      !> Message that begins with the position
-      character(*), intent(in) :: message
-      type(failure_t), allocatable, intent(inout) :: error
-
-      character(:), allocatable :: group
-      type(stop_settings_t), allocatable :: stops(:)
-      integer :: occurrence
-
-      group = 'stop'
-      occurrence = 1
-      allocate (stops, source=all_stops(modified))
-      call find_position('stop', stops%position)
-      if (allocated(modified%supports)) call find_position('support', modified%supports%position)
-      if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
-      if (allocated(modified%bodies)) call find_position('body', modified%bodies%position)
-      call complain_of_scene(scene, group, '', subject//message, error, occurrence)
-
-   contains
-
-      !> Look for the position of the message among those of a kind of groups.
-      subroutine find_position(name, positions)
-         character(*), intent(in) :: name
-         real(wp), intent(in) :: positions(:)
-
-         integer :: k
-
-         do k = 1, size(positions)
-            if (index(message, 'the position '//to_text(positions(k))//' ') /= 1) cycle
-            group = name
-            occurrence = k
-         end do
-      end subroutine find_position
-
-   end subroutine complain_of_position
-
    !> Find the reason why a run cannot start, if there is one.
    subroutine find_failure(scene, is_new_beam, model, failure)
       type(scene_t), intent(in) :: scene
@@ -257,7 +214,7 @@ contains
       logical, intent(in) :: single_contact
 
       changes = parameter%changes_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
-         ((parameter%group == 'stop' .or. parameter%group == 'body') .and. .not. single_contact)
+         (parameter%changes_contacts .and. .not. single_contact)
    end function changes_start
 
 end module scene_checks

@@ -26,9 +26,9 @@ contains
       allocate (stops, source=stops_of(settings))
       associate (order => model%mass%order)
          do k = 1, size(stops)
-            if (stops(k)%body == 0) cycle
-            if (stops(k)%is_of_base) model%stop_dofs(k) = order + stops(k)%body
-            if (.not. stops(k)%is_of_base) model%partner_dofs(k) = order + stops(k)%body
+            if (stops(k)%partner == 0) cycle
+            if (stops(k)%is_of_base) model%stop_dofs(k) = order + stops(k)%partner
+            if (.not. stops(k)%is_of_base) model%partner_dofs(k) = order + stops(k)%partner
          end do
       end associate
       call set_extra(settings%extra_dofs, model)

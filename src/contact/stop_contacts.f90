@@ -91,7 +91,7 @@ contains
       allocate (contacts(2*size(stops)))
       total = 0
       do i = 1, size(stops)
-         contact = contact_t(stop=i, height=stops(i)%preload, is_fixed=stops(i)%body == 0, settings=stops(i))
+         contact = contact_t(stop=i, height=stops(i)%preload, is_fixed=stops(i)%partner == 0, settings=stops(i))
          if (stops(i)%side /= side_above) then
             contact%sign = 1.0_wp
             contact%is_release_contact = i == settings%release_stop
@@ -177,9 +177,9 @@ contains
    elemental type(contact_owner_t) function owner_of_contact(contact) result(owner)
       type(contact_t), intent(in) :: contact
 
-      associate (body => contact%settings%body)
-         owner = contact_owner_t(merge(contact%stop, 0, body == 0), body, contact%settings%is_of_base, &
-            nint(contact%sign), owner_of(contact%stop, body, contact%settings%is_of_base))
+      associate (partner => contact%settings%partner)
+         owner = contact_owner_t(merge(contact%stop, 0, partner == 0), partner, contact%settings%is_of_base, &
+            nint(contact%sign), owner_of(contact%stop, partner, contact%settings%is_of_base))
       end associate
    end function owner_of_contact
 
@@ -190,7 +190,7 @@ contains
       integer, intent(in) :: number
 
       force = 0.0_wp
-      if (contact%settings%body == number) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
+      if (contact%settings%partner == number) force = merge(contact%sign, -contact%sign, contact%settings%is_of_base)
    end function force_on_point
 
    !> Height of a contact surface if recorded points count from z = 0: s times the displacement at which the

@@ -36,8 +36,8 @@ module run_spectra
       integer :: contact = 0
       !> Index of the place of the moment
       integer :: place = 1
-      !> Number of the body
-      integer :: body = 1
+      !> Index of the recorded point
+      integer :: point = 1
       !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
       real(wp), allocatable :: force_weight(:, :)
       !> Start of the first segment, tau
@@ -88,7 +88,7 @@ contains
          signals = size(requested%of)
          sums%contact = merge(requested%contact, release_contact, requested%contact > 0)
          sums%place = requested%point
-         sums%body = requested%body
+         sums%point = requested%recorded_point
          call find_force_weights(settings, sums%force_weight)
          sums%start = requested%start
          sums%cost_limit = requested%closed_form_limit
@@ -104,7 +104,7 @@ contains
    end subroutine open_spectrum
 
    !> Find the weights of the contact forces in each signal: a signal is the force of one contact, the sum over all
-   !> contacts, or the force upwards on a body.
+   !> contacts, or the force upwards on a recorded point.
    pure subroutine find_force_weights(settings, force_weight)
       type(run_settings_t), intent(in) :: settings
       !> Pbar in each signal per unit of the force of each contact, [contacts in the scene's order, signals]
@@ -118,8 +118,9 @@ contains
          allocate (force_weight(size(contacts), size(requested%of)), source=0.0_wp)
          do k = 1, size(requested%of)
             if (signal_table(requested%of(k))%base /= quantity_force) cycle
-            if (signal_table(requested%of(k))%is_of_body) then
-               force_weight(contacts%number, k) = settings%height_ratio*force_on_point(contacts, requested%body)
+            if (signal_table(requested%of(k))%is_of_point) then
+               force_weight(contacts%number, k) = settings%height_ratio*force_on_point(contacts, &
+                  requested%recorded_point)
             else
                force_weight(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, requested%contact == 0 .or. &
                   contacts%number == requested%contact)
@@ -188,7 +189,7 @@ contains
                   end if
                end do
             else
-               call add_row(interval%displacement_row(merge(sums%body, 0, signal%is_of_body)), k, 1.0_wp)
+               call add_row(interval%displacement_row(merge(sums%point, 0, signal%is_of_point)), k, 1.0_wp)
             end if
          end associate
       end do

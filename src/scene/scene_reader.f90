@@ -7,20 +7,21 @@ module scene_reader
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
    use program_identity, only: program_any
-   use run_settings, only: end_of_run
+   use run_settings, only: end_of_run, stop_settings_t
    use scene_beam, only: min_tip_ratio
    use scene_groups, only: copy_changes_to_scene, list_group, list_scene
    use scene_input, only: scene_input_t
    use scene_reference, only: make_echo
    use scene_resolve, only: resolve_scene, resolve_units
    use scene_stops, only: find_displacement
-   use scene_types, only: scene_t
+   use scene_types, only: all_stops, scene_t
    use sweep_settings, only: is_swept, parameter_t, parameter_index, values_given
    use text_file, only: load_text
    use unit_ratios, only: needs_displacement, entries_in_units
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, values_in_words, draft_t
+   public :: read_scene, parse_scene, complain_of_position, complain_of_scene, set_parameter, set_parameters, &
+      values_in_words, draft_t
 
    !> The contents of a scene file before the scene is resolved (checked, completed and made dimensionless).
    type :: draft_t
@@ -166,6 +167,49 @@ contains
       call input%get_problem(message)
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
+
+   !> Report a position without a node, in the line of the support, mass, body or stop that has it.
+   subroutine complain_of_position(scene, modified, subject, message, error)
+      !> The scene as read
+      type(scene_t), intent(in) :: scene
+      !> The scene with the parameter values of this run
+      type(scene_t), intent(in) :: modified
+      !> Description of the run, the start of the message
+      character(*), intent(in) :: subject
+      !> Message that begins with the position
+      character(*), intent(in) :: message
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: group
+      type(stop_settings_t), allocatable :: stops(:)
+      integer :: occurrence
+
+      group = 'stop'
+      occurrence = 1
+      allocate (stops, source=all_stops(modified))
+      call find_position('stop', stops%position)
+      if (allocated(modified%supports)) call find_position('support', modified%supports%position)
+      if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
+      if (allocated(modified%bodies)) call find_position('body', modified%bodies%position)
+      call complain_of_scene(scene, group, '', subject//message, error, occurrence)
+
+   contains
+
+      !> Look for the position of the message among those of a kind of groups.
+      subroutine find_position(name, positions)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: positions(:)
+
+         integer :: k
+
+         do k = 1, size(positions)
+            if (index(message, 'the position '//to_text(positions(k))//' ') /= 1) cycle
+            group = name
+            occurrence = k
+         end do
+      end subroutine find_position
+
+   end subroutine complain_of_position
 
    !> Change the values of parameters in a scene that has been read.
    subroutine set_parameters(scene, parameters, values, problem, draft, previous)

@@ -42,7 +42,7 @@ contains
          range_t(0, 1000)))
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))
-      call table%bind(spectrum%body, name_t('body', 'which &body, for signals of a body', range_t(1, 1000)))
+      call table%bind(spectrum%recorded_point, name_t('body', 'which &body, for signals of a body', range_t(1, 1000)))
       call table%bind(spectrum%range, name_t('frequency_ratio_range', &
          'minimum and maximum circular frequency, over omega1', range_t(0.0_wp, 1.0e6_wp), default='none: give one'), &
          in_units_t('frequency_range', 'frequency', 'the same in cycles per unit of time'))
@@ -80,7 +80,7 @@ contains
          do k = 1, size(spectrum%of)
             if (signal_table(spectrum%of(k))%is_of_contact .and. contact_count(scene) == 0) then
                call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &stop or &body')
-            else if (signal_table(spectrum%of(k))%is_of_body .and. .not. scene%has_bodies) then
+            else if (signal_table(spectrum%of(k))%is_of_point .and. .not. scene%has_bodies) then
                call input%complain(group, 'of', trim(signal_names(spectrum%of(k)))//' needs &body')
             else if (signal_table(spectrum%of(k))%base == quantity_moment .and. .not. scene%wants_stress) then
                call input%complain(group, 'of', 'moment needs &stress, which gives the positions')
@@ -124,9 +124,9 @@ contains
             call input%complain(group, 'contact', 'only goes with a signal of a contact in of')
          else if (spectrum%point > 1 .and. all(signal_table(spectrum%of)%base /= quantity_moment)) then
             call input%complain(group, 'point', 'only goes with moment in of')
-         else if (spectrum%body > 1 .and. .not. any(signal_table(spectrum%of)%is_of_body)) then
+         else if (spectrum%recorded_point > 1 .and. .not. any(signal_table(spectrum%of)%is_of_point)) then
             call input%complain(group, 'body', 'only goes with a signal of a body in of')
-         else if (spectrum%body > body_count(scene)) then
+         else if (spectrum%recorded_point > body_count(scene)) then
             call input%complain(group, 'body', 'must be at most '//to_text(body_count(scene)) &
                //', the number of &body groups')
          else if (spectrum%contact > contact_count(scene)) then

@@ -84,6 +84,7 @@ contains
          parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
             group=table%groups(entry%group)%name, occurrence=table%groups(entry%group)%occurrence, &
             name_in_group=entry%name%name, changes_beam=sweep%changes_beam, &
+            changes_contacts=any(table%groups(entry%group)%name == [character(4) :: 'stop', 'body']), &
             changes_scales=sweep%changes_scales, &
             may_change_in_motion=sweep%may_change_in_motion, is_whole=entry%kind == kind_whole, &
             quantity=entry%name%quantity, allowed=[entry%name%range%minimum, entry%name%range%maximum])

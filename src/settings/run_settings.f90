@@ -94,9 +94,9 @@ module run_settings
       !> Damping c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the
       !> spring
       real(wp) :: damper_ratio = 0.3_wp
-      !> Number of the &body to which the contact belongs; 0: the stop is fixed to the base
-      integer :: body = 0
-      !> Whether the contact is between the body and its fixed floor or ceiling, instead of between body and beam
+      !> Index of the extra degree of freedom to which the contact belongs; 0: the stop is fixed to the base
+      integer :: partner = 0
+      !> Whether the contact is between that degree of freedom and the base, instead of between it and the beam
       logical :: is_of_base = .false.
       !> Added to the height of the contact surface: the height if the coordinate of the body counts from z = 0
       real(wp) :: shift_to_zero = 0.0_wp

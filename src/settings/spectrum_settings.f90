@@ -31,8 +31,8 @@ module spectrum_settings
       logical :: is_of_contact = .false.
       !> Name of the measure with the amplitude of its strongest line
       character(24) :: measure = ''
-      !> Whether the signal belongs to a body instead of the tip
-      logical :: is_of_body = .false.
+      !> Whether the signal belongs to a recorded point, that of a body, instead of the tip
+      logical :: is_of_point = .false.
    end type signal_t
 
    !> All signals.
@@ -54,13 +54,13 @@ module spectrum_settings
       signal_t('moment', 'bending moment', 'moment', 'moment_density', quantity_moment, 0, .false., &
       'strongest_moment'), &
       signal_t('displacement_body', 'displacement of the body', 'displacement', 'displacement_density', &
-      quantity_displacement, 0, .false., 'strongest_line', is_of_body=.true.), &
+      quantity_displacement, 0, .false., 'strongest_line', is_of_point=.true.), &
       signal_t('velocity_body', 'velocity of the body', 'velocity', 'velocity_density', quantity_displacement, 1, &
-      .false., 'strongest_velocity', is_of_body=.true.), &
+      .false., 'strongest_velocity', is_of_point=.true.), &
       signal_t('acceleration_body', 'acceleration of the body', 'acceleration', 'acceleration_density', &
-      quantity_displacement, 2, .false., 'strongest_acceleration', is_of_body=.true.), &
+      quantity_displacement, 2, .false., 'strongest_acceleration', is_of_point=.true.), &
       signal_t('force_body', 'sum of the contact forces on the body{, Pbar}, up', 'force', 'force_density', &
-      quantity_force, 0, .false., 'strongest_force', is_of_body=.true.)]
+      quantity_force, 0, .false., 'strongest_force', is_of_point=.true.)]
 
    integer, private :: k
    !> Names of the signals in scenes
@@ -79,8 +79,8 @@ module spectrum_settings
       integer :: contact = 0
       !> Index of the point of &stress at which bending moments are taken
       integer :: point = 1
-      !> Number of the &body of the signals of a body
-      integer :: body = 1
+      !> Index of the recorded point of the signals of a body: the number of the &body
+      integer :: recorded_point = 1
       !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
       !> Number of frequencies; 0: `resolution` is given

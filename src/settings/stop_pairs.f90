@@ -32,10 +32,9 @@ contains
       logical :: have_common_side
 
       conflict = ''
-      if (max(one%body, other%body) > 0) then
-         if (min(one%body, other%body) > 0 .and. one%body /= other%body .and. one%side == other%side .and. &
-            .not. (one%is_of_base .or. other%is_of_base)) conflict = 'two bodies on one side at one point would meet ' &
-            //'each other'
+      if (max(one%partner, other%partner) > 0) then
+         if (min(one%partner, other%partner) > 0 .and. one%partner /= other%partner .and. one%side == other%side .and. &
+            .not. (one%is_of_base .or. other%is_of_base)) conflict = 'both move on one side at one point and would meet'
          return
       end if
       have_common_side = (one%side /= side_above .and. other%side /= side_above) .or. &

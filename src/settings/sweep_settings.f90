@@ -31,6 +31,8 @@ module sweep_settings
       integer :: order = 0
       !> Whether a change of the value changes the beam or the mesh
       logical :: changes_beam = .false.
+      !> Whether the value belongs to a contact
+      logical :: changes_contacts = .false.
       !> Whether a change of the value changes the scales of the scene, so that the scene is resolved anew for each
       !> value
       logical :: changes_scales = .false.

@@ -402,7 +402,7 @@ contains
       stop%position = body%position
       stop%side = side
       stop%preload = height
-      stop%body = number
+      stop%partner = number
       stop%is_of_base = is_of_base
       associate (direction => merge(1.0_wp, -1.0_wp, (side == side_below) .eqv. is_of_base))
          stop%shift_to_zero = direction*origin_of(body)
