@@ -6,7 +6,7 @@ module program_run
    use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
-   use file_system, only: make_folder
+   use file_system, only: existing_part, make_folder, remove_empty_folders
    use memory_needs, only: check_need, memory_need_t
    use name_list, only: write_names
    use process, only: open_text, prepare_process, print_text, text_of, run_on_default_stack
@@ -237,6 +237,8 @@ contains
       type(claim_t) :: claim
       type(job_t) :: job
       character(:), allocatable :: text
+      ! part of the path of the folder that existed before
+      character(:), allocatable :: existing
       ! maximum status of a failure in any of the MPI processes; 0: none has failed
       integer :: failure_status
       logical :: has_unit
@@ -247,6 +249,7 @@ contains
       job%label = name_of_program(program%number)//': '//scene%name
       call open_text(job%unit, error)
       has_unit = .not. allocated(error)
+      existing = existing_part(folder)
       ! a folder that cannot be written is reported before a long run, not after it
       if (has_unit .and. is_first_rank()) then
          call make_folder(folder, error)
@@ -265,6 +268,7 @@ contains
          call write_table_files(folder, results_name(scene), error, format)
       end if
       call release_results(claim)
+      if (is_first_rank() .and. allocated(error)) call remove_empty_folders(folder, existing)
       if (has_unit) call text_of(job%unit, text, error)
       if (.not. allocated(error)) call print_text(text, error)
    end subroutine run_scene

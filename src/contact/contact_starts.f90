@@ -6,7 +6,7 @@ module contact_starts
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t, max_rigid_square, mover_of
    use kinds, only: wp
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use point_forces, only: find_point_forces
    use stop_contacts, only: penetrates, contact_t
    use stop_laws, only: static_stiffness
@@ -231,7 +231,7 @@ contains
 
       k = findloc(penetrates(contacts, gap) .and. .not. forces > 0.0_wp, .true., dim=1)
       if (k > 0) call fail(error, status_bad_input, 'the beam starts beyond the surface at x/L = '// &
-         to_text(contacts(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement; ' &
+         to_text(contacts(k)%settings%position)//', by '//rounded(-gap(k))//' of the unit of displacement; ' &
          //"&start kind = 'balance' begins in equilibrium on the stops")
    end subroutine check_gaps
 

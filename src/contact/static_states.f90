@@ -7,7 +7,7 @@ module static_states
    use contact_starts, only: find_static_forces
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use run_models, only: beam_alone
    use static_shapes, only: make_elastic_beam, unit_shape
    use stop_contacts, only: active_contacts, penetrates, shape_of_contact, contact_t
@@ -52,7 +52,7 @@ contains
          if (.not. penetrates(contacts(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at x/L = '// &
             to_text(contacts(release_contact)%settings%position)//', starts beyond the surface at x/L = '// &
-            to_text(contacts(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled; ' &
+            to_text(contacts(k)%settings%position)//', by '//rounded(-gap)//' of the distance it was pulled; ' &
             //"&start kind = 'balance' begins in equilibrium on the stops")
          return
       end do

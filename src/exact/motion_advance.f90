@@ -5,7 +5,7 @@ module motion_advance
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use motion_phases, only: found_cancelled, motion_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use phase_transitions, only: apply_transition
    use response_types, only: response_t
    use run_observers, only: observe_events
@@ -76,9 +76,9 @@ contains
 
       if (events > limit) then
          call fail(error, status_run_failed, 'more than event_limit = '//to_text(limit)//' events by tau = '// &
-            to_text(tau)//': raise event_limit if so many are expected; if the motion chatters, '//remedy)
+            rounded(tau)//': raise event_limit if so many are expected; if the motion chatters, '//remedy)
       else if (standstill > standstill_cap) then
-         call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//to_text(tau)// &
+         call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//rounded(tau)// &
             ': events follow each other within the rounding error of time; '//remedy)
       end if
    end subroutine check_events

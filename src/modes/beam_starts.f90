@@ -8,7 +8,7 @@ module beam_starts
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use load_settings, only: field_rotation, field_uniform, start_drop, start_settings_t, start_table, start_velocity
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    implicit none (type, external)
    private
    public :: find_start_momenta, curve_of_table, check_table_of_start
@@ -112,7 +112,7 @@ contains
 
          deviation = curve_value(curve, x)
          if (abs(deviation) <= max_deviation*maxval(abs(values))) return
-         call fail(error, status_bad_input, column_name//' of the table are '//to_text(deviation/maxval(abs(values))) &
+         call fail(error, status_bad_input, column_name//' of the table are '//rounded(deviation/maxval(abs(values))) &
             //' of the maximum at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
             //to_text(max_deviation)//' of the maximum is taken as that')
       end subroutine check_point

@@ -12,7 +12,7 @@ module newmark_contacts
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_unloaded, is_open, &
       is_force_free, spring_damper_force, no_rejection, no_stored_start, newmark_run_t, contact_energy
    use newmark_stepper, only: impose_row_value, restart_acceleration
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use response_types, only: append_event, event_closed_impulse, event_capture, event_contact, event_impact, &
       event_release, &
       event_separation, event_t, is_contact_end, response_t
@@ -262,7 +262,7 @@ contains
 
       if (response%event_count >= run%event_limit) then
          call fail(run%error, status_run_failed, 'more than event_limit = '//to_text(run%event_limit)// &
-            ' events by tau = '//to_text(event%tau)//': raise event_limit if so many are expected')
+            ' events by tau = '//rounded(event%tau)//': raise event_limit if so many are expected')
          return
       end if
       call append_event(response, event)

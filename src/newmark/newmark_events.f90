@@ -10,7 +10,7 @@ module newmark_events
    use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_inactive, is_in_contact, is_unloaded, &
       is_open, is_force_free, spring_damper_force, force_rounding_at, newmark_run_t, no_rejection, &
       run_state_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use response_types, only: event_capture, event_release, response_t
    use step_intervals, only: cubic_of, maximum_of
    implicit none (type, external)
@@ -210,7 +210,7 @@ contains
          return
       end if
       k = findloc(run%violates, .true., dim=1)
-      call fail(run%error, status_run_failed, 'the contact near tau = '//to_text(instant_of(run))//' at '// &
+      call fail(run%error, status_run_failed, 'the contact near tau = '//rounded(instant_of(run))//' at '// &
          to_text(run%contacts(k)%contact%settings%position)//' cannot be located: even the step halved to its limit &
       &goes through the stop; contact_tolerance is too small, or the motion is not finite')
    end subroutine trigger_events

@@ -5,7 +5,7 @@ module newmark_limits
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: lambda1_power4, wp
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use run_settings, only: response_settings_t
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
@@ -151,8 +151,8 @@ contains
       real(wp), parameter :: tolerance = 1.0e-6_wp
 
       if (energy_error <= tolerance*total_energy + rounding) return
-      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//to_text(tau)// &
-         ' the energy is off by '//to_text(energy_error/total_energy)// &
+      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//rounded(tau)// &
+         ' the energy is off by '//rounded(energy_error/total_energy)// &
          ' of that at the start, and at most '//to_text(tolerance)// &
          " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
    end subroutine check_energy_balance

@@ -32,7 +32,7 @@ module newmark_motion
    use newmark_start, only: begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use response_records, only: open_contact_record, open_records
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest
@@ -337,7 +337,7 @@ contains
                if (clearance > 2.0_wp*run%contact_tolerance) cycle
                call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
                   ' must be below half the clearance at '//to_text(contact%contact%settings%position)//', which is '// &
-                  to_text(clearance)//' of the distance that the beam was pulled')
+                  rounded(clearance)//' of the distance that the beam was pulled')
                return
             end associate
          end do

@@ -2,7 +2,7 @@
 module stop_pairs
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use run_settings, only: law_restitution, side_above, side_below, stop_settings_t
    use scene_types, only: support_displacement, support_settings_t
    implicit none (type, external)
@@ -50,7 +50,7 @@ contains
       rounding = 4.0_wp*epsilon(1.0_wp)*max(abs(one%preload), abs(other%preload))
       if (clearance > rounding) return
       if (clearance < -rounding) then
-         conflict = 'their surfaces overlap by '//to_text(-clearance)//' of |y_c(0) - d|; that above the beam must ' &
+         conflict = 'their surfaces overlap by '//rounded(-clearance)//' of |y_c(0) - d|; that above the beam must ' &
             //'be the higher one'
       else
          conflict = 'there is no clearance between both sides; that is a support: use &support'

@@ -6,7 +6,8 @@ module file_system
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: make_folder, make_new_folder, remove_empty_folder, folder_entries, remove_entries, entry_length
+   public :: make_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders
+   public :: folder_entries, remove_entries, entry_length
    public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
    public :: load_file, load_bytes, replace_file, move_file, partial_name, final_name, path_beside, reason
    public :: is_terminal, standard_error_descriptor
@@ -157,6 +158,35 @@ contains
       if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "// &
          reason(code))
    end subroutine make_folder
+
+   !> Leading part of the path of a folder that exists; empty: nothing of it.
+   function existing_part(path) result(part)
+      character(*), intent(in) :: path
+      character(:), allocatable :: part
+
+      part = trim(path)
+      do while (part /= '')
+         if (kind_of(part) /= kind_nothing) return
+         part = part(:index(part, '/', back=.true.) - 1)
+      end do
+   end function existing_part
+
+   !> Remove a folder and its parents if they are empty, up to a leading part of its path, which remains.
+   subroutine remove_empty_folders(path, part)
+      character(*), intent(in) :: path
+      !> Leading part of the path, as `existing_part` found it before the folder was made
+      character(*), intent(in) :: part
+
+      character(:), allocatable :: folder
+      logical :: is_gone
+
+      folder = trim(path)
+      do while (len(folder) > len(part))
+         call remove_empty_folder(folder, is_gone)
+         if (.not. is_gone) return
+         folder = folder(:index(folder, '/', back=.true.) - 1)
+      end do
+   end subroutine remove_empty_folders
 
    !> Write bytes to a file in an existing folder. The bytes are written to a temporary file, which replaces the old
    !> file when it is complete, so the old file survives any failure.
