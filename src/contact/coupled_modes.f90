@@ -7,7 +7,7 @@ module coupled_modes
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
    use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, &
       vectors_at_root
-   use coupled_roots, only: find_coupled_roots
+   use coupled_roots, only: find_circle, find_coupled_roots
    use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_modes_t, enlarge_terms, mirror_terms, &
       pad_terms, sort_terms
    use damped_oscillators, only: oscillators_t
@@ -25,10 +25,10 @@ module coupled_modes
    !> Modes whose values at the stops are below this fraction of the maximum do not interact with the stops.
    real(wp), parameter :: min_coupling = 1.0e-100_wp
 
-   !> Two exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds this
+   !> Exponents are treated as nearly coalescing if the condition number of the slope of the equation exceeds this
    !> value.
    real(wp), parameter :: max_condition = 10.0_wp
-   !> Number of points on a circle around two nearly coalescing exponents.
+   !> Number of points on a circle around nearly coalescing exponents.
    integer, parameter :: circle_points = 48
 
 contains
@@ -258,11 +258,11 @@ contains
       end do
    end subroutine find_static_response
 
-   !> Add one term for each root, and circles around pairs of nearly coalescing roots.
+   !> Add one term for each root, and circles around groups of nearly coalescing roots.
    !>
-   !> Two nearly coalescing roots have large amplitudes that cancel. Their sum is the integral of the Laplace transform
-   !> over a circle around both, on which no value is large. The points of the trapezoidal rule on the circle replace
-   !> the two roots (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
+   !> Nearly coalescing roots have large amplitudes that cancel. Their sum is the integral of the Laplace transform over
+   !> a circle around all of them, on which no value is large. The points of the trapezoidal rule on the circle replace
+   !> the roots (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
    subroutine add_terms(problem, active, near, offset, s, upper, modes)
       type(coupled_equation_t), intent(in) :: problem
       !> Indices of the modes with nonzero values at stops
@@ -280,51 +280,34 @@ contains
 
       type(coupled_vectors_t) :: vectors
       complex(wp) :: distance(problem%poles), center
-      ! distance of the two roots
-      real(wp) :: separation
-      ! distance of the centre from the nearest other root or pole
-      real(wp) :: clearance
-      ! radius of the circle
       real(wp) :: radius, angle
-      integer :: i, k, m, partner
-      ! the root is represented: by its own term, or by the circle around it and another root
+      integer :: k, m
+      ! the root is represented: by its own term, or by a circle
       logical :: done(size(s))
-      ! the circle has a real centre
-      logical :: on_axis
+      ! the circle encloses the root
+      logical :: is_inside(size(s))
 
       done = .false.
       do m = 1, size(upper)
          if (done(upper(m))) cycle
-         done(upper(m)) = .true.
          call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
          call vectors_at_root(problem, s(upper(m)), distance, vectors)
-         if (vectors%condition > max_condition .and. size(s) > 1) then
-            partner = minloc(abs(s - s(upper(m))), dim=1, mask=[(i, i=1, size(s))] /= upper(m))
-            center = 0.5_wp*(s(upper(m)) + s(partner))
-            separation = abs(s(upper(m)) - s(partner))
-            on_axis = abs(aimag(center)) <= separation
-            if (on_axis) center = real(center, wp)
-            clearance = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= upper(m) .and. &
-               [(i, i=1, size(s))] /= partner])
-            clearance = min(clearance, minval(abs(problem%pole - center)))
-            ! the circle stays in the left half-plane, far from all other roots and poles; a circle that is not much
-            ! larger than the separation would need more points, so the roots are then added one by one, as if one has
-            ! its term already (its condition number is below the limit)
-            radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
-            if (radius >= 2.5_wp*separation .and. .not. done(partner)) then
-               done(partner) = .true.
-               call enlarge_terms(modes, circle_points*size(problem%spring))
-               do k = 1, circle_points
-                  angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
-                  ! for a circle around a real centre the lower half is the conjugate of the upper half
-                  if (on_axis .and. k > circle_points/2) exit
-                  call add_circle_point(problem, active, center, radius*cmplx(cos(angle), sin(angle), wp), modes)
-               end do
-               cycle
-            end if
+         radius = 0.0_wp
+         if (vectors%condition > max_condition) call find_circle(problem, s, upper(m), is_inside, center, radius)
+         if (radius > 0.0_wp .and. .not. any(done .and. is_inside)) then
+            done = done .or. is_inside
+            call enlarge_terms(modes, circle_points*size(problem%spring))
+            do k = 1, circle_points
+               angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
+               ! for a circle around a real centre the lower half is the conjugate of the upper half
+               if (abs(aimag(center)) <= 0.0_wp .and. k > circle_points/2) exit
+               call add_circle_point(problem, active, center, radius*cmplx(cos(angle), sin(angle), wp), modes)
+            end do
+         else
+            done(upper(m)) = .true.
+            call add_root(problem, active, s(upper(m)), problem%relative(near(upper(m))) &
+               + problem%two_zeta*offset(upper(m)), distance, vectors, modes)
          end if
-         call add_root(problem, active, s(upper(m)), problem%relative(near(upper(m))) &
-            + problem%two_zeta*offset(upper(m)), distance, vectors, modes)
       end do
    end subroutine add_terms
 
@@ -374,7 +357,7 @@ contains
       end associate
    end subroutine add_root
 
-   !> Add the terms of a point of a circle around two roots, one term for each stop. The weight 2 stands for the point
+   !> Add the terms of a point of a circle around roots, one term for each stop. The weight 2 stands for the point
    !> and its complex conjugate, which is not stored.
    subroutine add_circle_point(problem, active, center, arm, modes)
       type(coupled_equation_t), intent(in) :: problem

@@ -10,7 +10,7 @@ module coupled_roots
    use pole_offsets, only: distances, root_distances, abs1, sum_of_inverses
    implicit none (type, external)
    private
-   public :: find_coupled_roots
+   public :: find_circle, find_coupled_roots
 
    !> Iterates of the roots.
    type :: search_t
@@ -265,6 +265,41 @@ contains
       are_paired = count(aimag(problem%pole(near) + offset) > 0.0_wp) == &
          count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine make_real
+
+   !> Find a circle around a root and those that nearly coalesce with it. The circle stays in the left half-plane, far
+   !> from all other roots and poles; a circle that is not much larger than the group would need more points.
+   pure subroutine find_circle(problem, s, root, is_inside, center, radius)
+      type(coupled_equation_t), intent(in) :: problem
+      !> Values s of the roots, [roots]
+      complex(wp), intent(in) :: s(:)
+      !> Index of the root
+      integer, intent(in) :: root
+      !> Whether the circle encloses each root, [roots]
+      logical, intent(out) :: is_inside(:)
+      complex(wp), intent(out) :: center
+      !> Radius of the circle; 0: there is no such circle
+      real(wp), intent(out) :: radius
+
+      integer, parameter :: max_roots = 6
+      real(wp) :: spread
+      integer :: count
+
+      is_inside = .false.
+      is_inside(root) = .true.
+      center = s(root)
+      do count = 2, min(max_roots, size(s))
+         is_inside(minloc(abs(s - center), dim=1, mask=.not. is_inside)) = .true.
+         center = sum(s, mask=is_inside)/real(count, wp)
+         spread = maxval(abs(s - center), mask=is_inside)
+         ! the circle also encloses the conjugate roots
+         if (abs(aimag(center)) <= 2.0_wp*spread) center = real(center, wp)
+         spread = maxval(abs(s - center), mask=is_inside)
+         radius = 0.4_wp*min(abs(real(center, wp)), minval(abs(s - center), mask=.not. is_inside), &
+            minval(abs(problem%pole - center)))
+         if (radius >= 2.5_wp*spread) return
+      end do
+      radius = 0.0_wp
+   end subroutine find_circle
 
    !> Initial values of the roots: the frequencies of the modes with all springs attached, each with an estimate of its
    !> damping ratio, and for each branch a value near its relaxation rate.

@@ -14,15 +14,14 @@ module applied_loads
    implicit none (type, external)
    private
    public :: applied_loads_t, gather_loads, are_mergeable, merge_loads, has_loads, drop_balanced, count_forces, &
-      courses_of, largest_value, largest_slope
+      courses_of, largest_value, largest_slope, are_slow, is_slow_load
 
    !> A mode is slow if its static displacement under the loads, estimated as their maximum amplitude over W^2, exceeds
    !> this number of units of displacement, or its quasi-static velocity under the slopes of a table, estimated
    !> likewise, this number per unit of tau: gaps computed relative to such a response would lose too many digits.
    real(wp), parameter :: max_units = 1.0e2_wp
-   !> The frequency below which modes are slow because of the size of the loads is at most this value over the length of
-   !> the run. Phases under a harmonic load below that frequency end after two periods of the load (docs/theory.md,
-   !> section 18), and a higher frequency would cause too many phases in a run.
+   !> A harmonic load drives slow modes from rest only if its frequency times the time for which it is active is less
+   !> than this value, because phases then end after two periods of the load (docs/theory.md, section 18).
    real(wp), parameter :: max_phases = 1.0e4_wp
 
    !> All loads of a run, the forces first and then the base motions.
@@ -45,8 +44,8 @@ module applied_loads
       integer, allocatable :: power(:)
       !> All distinct frequencies of harmonic and half-sine loads
       real(wp), allocatable :: frequencies(:)
-      !> Modes below this frequency are treated as slow: such a mode does not reach its static displacement, or that
-      !> displacement is too large for the precision of the gaps
+      !> Modes below this frequency are treated as slow (`are_slow`): such a mode does not reach its static displacement
+      !> or this is too large for the precision of the gaps
       real(wp) :: slow = 0.0_wp
       !> Length of the run, tau
       real(wp) :: duration = 1.0_wp
@@ -124,8 +123,7 @@ contains
       call find_frequencies(loads)
       loads%duration = settings%response%duration
       largest = maxval([largest_value(loads%course), largest_slope(loads%course)])
-      loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, &
-         min(sqrt(largest/max_units), max_phases/settings%response%duration))
+      loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, sqrt(largest/max_units))
    end subroutine gather_loads
 
    !> Whether loads may be merged: bending moments (`&stress`) are evaluated with single forces, and derivatives with
@@ -180,6 +178,35 @@ contains
       answer = answer .and. all(abs([course%frequency - other%frequency, course%phase - other%phase, &
          course%start - other%start, course%end - other%end, course%duration - other%duration]) <= 0.0_wp)
    end function is_proportional
+
+   !> Whether modes are slow. The quasi-static displacement under a slope has a constant in proportion to the damping
+   !> coefficient, which may be large although the static displacement is not.
+   pure function are_slow(loads, square, damping) result(answer)
+      type(applied_loads_t), intent(in) :: loads
+      !> W^2, [modes]
+      real(wp), intent(in) :: square(:)
+      !> 2 zeta W^2 + alpha, [modes]
+      real(wp), intent(in) :: damping(:)
+      logical :: answer(size(square))
+
+      answer = sqrt(square) < loads%slow .or. maxval(largest_slope(loads%course))*damping > max_units*square**2
+   end function are_slow
+
+   !> Whether slow modes are driven from rest by a harmonic load: its frequency is low, and it has few periods.
+   pure logical function is_slow_load(loads, load) result(answer)
+      type(applied_loads_t), intent(in) :: loads
+      !> Index of the load
+      integer, intent(in) :: load
+
+      real(wp) :: active
+
+      associate (course => loads%course(load))
+         active = min(course%end, loads%duration) - course%start
+         if (course%kind == course_pulse) active = min(active, course%duration)
+         answer = loads%frequency(load) < loads%slow .and. (loads%frequency(load) < slow_frequency .or. &
+            loads%frequency(load)*active < max_phases)
+      end associate
+   end function is_slow_load
 
    !> Maximum magnitude of a time course.
    elemental real(wp) function largest_value(course) result(maximum)

@@ -8,7 +8,7 @@
 !> are modes in resonance with a harmonic load, or so slow that their stiffness hardly matters during a phase; the sum
 !> of their steady-state response and their free motion, both large, would lose digits.
 module forced_responses
-   use applied_loads, only: applied_loads_t, drop_balanced
+   use applied_loads, only: applied_loads_t, are_slow, is_slow_load, drop_balanced
    use complementarity, only: solve_active
    use compliant_stop, only: dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: free_beam_t, constrained_set_t
@@ -142,7 +142,9 @@ contains
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       ! complex amplitude of each row under a unit load exp(s t), [rows]
       complex(wp), allocatable :: response(:)
-      ! whether the stiffness of each mode hardly matters during a phase, [modes]
+      ! whether each mode vanishes at all compliant contacts, [modes]
+      logical :: is_uncoupled(constrained%count)
+      ! whether each mode is uncoupled and its stiffness hardly matters during a phase, [modes]
       logical :: is_slow(constrained%count)
       ! whether a harmonic load drives each mode from rest, [modes]
       logical :: is_driven(constrained%count)
@@ -173,9 +175,11 @@ contains
       allocate (forced%adjoint(constrained%count, total), source=(0.0_wp, 0.0_wp))
       call balance_loads(beam, constrained, loads, forced)
       allocate (forced%driven(0))
-      ! modes that vanish at all compliant contacts are uncoupled
-      is_slow = constrained%oscillators%frequency < loads%slow .and. &
-         .not. maxval(abs(constrained%value(:, compliant)), dim=2) > 0.0_wp
+      is_uncoupled = .not. maxval(abs(constrained%value(:, compliant)), dim=2) > 0.0_wp
+      associate (n => constrained%count, oscillators => constrained%oscillators)
+         is_slow = is_uncoupled .and. are_slow(loads, oscillators%square(:n), &
+            oscillators%two_zeta*oscillators%square(:n) + oscillators%mass_rate(:n))
+      end associate
       do i = 1, constrained%count
          if (is_slow(i)) call add_driven(constrained, i, by_constant, 0, forced)
          if (is_slow(i)) call add_driven(constrained, i, by_slope, 0, forced)
@@ -185,8 +189,8 @@ contains
          forced%constant(:, g) = real(response, wp)
          forced%ramp(:, g) = aimag(response)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
-         is_driven = (size(compliant) == 0 .and. resonates(constrained%oscillators, loads%frequency(g))) .or. &
-            (is_slow .and. loads%frequency(g) < loads%slow)
+         is_driven = (is_uncoupled .and. resonates(constrained%oscillators, loads%frequency(g))) .or. &
+            (is_slow .and. is_slow_load(loads, g))
          do i = 1, constrained%count
             if (is_driven(i)) call add_driven(constrained, i, by_harmonic, g, forced)
          end do

@@ -9,7 +9,7 @@ module surrogate_loads
    use constrained_sets, only: constrained_set_t
    use coupled_modes, only: coupled_modes_t
    use driven_modes, only: resonant
-   use forced_responses, only: response_at, forced_response_t, unit_responses_t
+   use forced_responses, only: by_constant, by_harmonic, response_at, forced_response_t, unit_responses_t
    use kinds, only: pi, wp
    use load_courses, only: load_segment_t
    use power_integrals, only: power_form_t
@@ -130,16 +130,11 @@ contains
       !> Contains the start and the segments of the phase
       type(forced_response_t), intent(inout) :: forced
 
-      complex(wp) :: response(set%at%rows), surrogate(surrogate_count)
       complex(wp), allocatable :: harmonic(:, :)
       type(load_segment_t) :: segment
-      logical :: is_driven(constrained%count)
       real(wp) :: length, clearances(size(stretches))
       integer :: g, k, harmonic_count
 
-      ! uncoupled slow modes are driven from rest
-      is_driven = .false.
-      is_driven(set%driven%mode) = .true.
       forced%until = min(forced%until, forced%tau + loads%duration)
       length = forced%until - forced%tau
       clearances = [(min_clearance([coupled%exponent, cmplx(-constrained%oscillators%decay(coupled%inactive), &
@@ -151,23 +146,44 @@ contains
       allocate (harmonic(set%at%rows, harmonic_count + surrogate_count), source=(0.0_wp, 0.0_wp))
       do g = 1, loads%count
          segment = forced%segment(g)
-         if (loads%harmonic(g) > 0 .and. (size(set%driven) > 0 .or. .not. is_slow(segment, length))) then
-            associate (m => loads%harmonic(g))
-               harmonic(:, m) = harmonic(:, m) + segment%harmonic*set%harmonic(:, g)
-            end associate
-            segment%harmonic = (0.0_wp, 0.0_wp)
+         if (loads%harmonic(g) > 0) then
+            if (is_slow(segment, length)) then
+               call add_part(load_segment_t(harmonic=segment%harmonic, frequency=segment%frequency), &
+                  set%driven%part == by_harmonic .and. set%driven%load == g)
+            else
+               associate (m => loads%harmonic(g))
+                  harmonic(:, m) = harmonic(:, m) + segment%harmonic*set%harmonic(:, g)
+               end associate
+            end if
          end if
-         call surrogate_amplitudes(segment, length, surrogate)
-         if (all(abs(surrogate) <= 0.0_wp)) cycle
-         do k = 1, surrogate_count
-            call response_at(constrained, compliant, spring, set, g, &
-               cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), is_driven, response)
-            harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + surrogate(k)*response
-         end do
+         call add_part(load_segment_t(constant=segment%constant, slope=segment%slope), set%driven%part == by_constant)
       end do
       call move_alloc(harmonic, forced%harmonic)
       forced%constant(:) = 0.0_wp
       forced%slope(:) = 0.0_wp
+
+   contains
+
+      !> Add the surrogates of a part of the load segment g.
+      subroutine add_part(part, is_left_out)
+         type(load_segment_t), intent(in) :: part
+         !> Whether the mode of each entry of `driven` is driven from rest by this part, and left out
+         logical, intent(in) :: is_left_out(:)
+
+         complex(wp) :: response(set%at%rows), surrogate(surrogate_count)
+         logical :: is_driven(constrained%count)
+         integer :: i
+
+         call surrogate_amplitudes(part, length, surrogate)
+         if (all(abs(surrogate) <= 0.0_wp)) return
+         is_driven = .false.
+         is_driven(pack(set%driven%mode, is_left_out)) = .true.
+         do i = 1, surrogate_count
+            call response_at(constrained, compliant, spring, set, g, &
+               cmplx(0.0_wp, forced%frequency(harmonic_count + i), wp), is_driven, response)
+            harmonic(:, harmonic_count + i) = harmonic(:, harmonic_count + i) + surrogate(i)*response
+         end do
+      end subroutine add_part
    end subroutine add_surrogates
 
    !> Frequencies of the surrogate harmonics for a phase of given length.
