@@ -17,7 +17,7 @@ module motion_run
    use number_text, only: to_text
    use response_types, only: mode_check_t, response_t
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, &
-      run_settings_t, stops_of
+      output_settings_t, run_settings_t, stops_of
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
@@ -153,8 +153,10 @@ contains
       integer :: lowest
 
       call check_beam(model, settings, error)
-      if (settings%response%method /= method_newmark .or. allocated(error)) return
-      if (.not. moves_in_modes(settings%response)) then
+      if (allocated(error)) return
+      if (settings%response%method /= method_newmark) then
+         call check_exact_start(model, settings, error)
+      else if (.not. moves_in_modes(settings%response)) then
          call check_newmark(model, settings, error)
       else if (settings%response%mode_count > 0 .or. settings%response%keep_all_modes) then
          ! other numbers of modes are not known without trial runs
@@ -163,6 +165,30 @@ contains
          if (.not. allocated(error)) call check_newmark(model, settings_in_modes, error, modes)
       end if
    end subroutine check_motion
+
+   !> Check the start of exact motion with a given number of modes by a run that ends as it begins: with few modes the
+   !> beam may begin beyond a contact, or the contacts may be more than the modes.
+   subroutine check_exact_start(model, settings, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> Set if the run cannot start
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! length of the run, tau
+      real(wp), parameter :: brief = 1.0e-9_wp
+      type(run_settings_t) :: start
+      type(response_t) :: response
+
+      if (settings%response%mode_count == 0 .or. has_one_contact(settings, size(model%supports))) return
+      start = settings
+      start%response%duration = brief
+      start%response%step = brief
+      start%output = output_settings_t(history=.false.)
+      if (allocated(start%statistics)) deallocate (start%statistics)
+      if (allocated(start%poincare)) deallocate (start%poincare)
+      if (allocated(start%spectrum)) deallocate (start%spectrum)
+      call exact_response(model, start, response, error)
+   end subroutine check_exact_start
 
    !> Check whether the beam can start, by any method. A massless node needs exact motion and a single rigid stop, for
    !> which its displacement has a closed form.

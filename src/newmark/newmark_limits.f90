@@ -89,7 +89,7 @@ contains
       call rounding_of_energy(model, fraction, error)
       if (allocated(error) .or. fraction <= max_fraction) return
       call fail(error, status_bad_input, "on this mesh the energy of Newmark's steps is lost in rounding, up to "// &
-         to_text(fraction)//' of it where at most '//to_text(max_fraction)//' is allowed: take fewer elements or '// &
+         rounded(fraction)//' of it where at most '//to_text(max_fraction)//' is allowed: take fewer elements or '// &
          "elements of more equal length, or method = 'exact'")
    end subroutine check_mesh
 

@@ -20,6 +20,8 @@ module sweep_best
       real(wp) :: sign = 1.0_wp
       !> Number of cases in the list
       integer :: count = 0
+      !> Number of cases that ran without a value of the measure, such as the first rebound of a case without one
+      integer :: without_value = 0
       !> Numbers of the cases, [maximum count]
       integer, allocatable :: case(:)
       !> Parameters of the cases, [axes, maximum count]
@@ -84,6 +86,8 @@ contains
       integer :: place
 
       cost = cost_of(best, row)
+      if (.not. row(measure_status) > 0.0_wp .and. ieee_is_nan(row(best%column))) best%without_value = &
+         best%without_value + 1
       if (cost >= huge(1.0_wp)) return
       if (best%count == size(best%case)) then
          if (cost >= cost_of(best, best%rows(:, best%count))) return

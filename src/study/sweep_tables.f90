@@ -138,6 +138,8 @@ contains
          call add_numbers(table, 'case', real(best%case(:best%count), wp), whole)
          call add_case_columns(table, scene, plan, best%values(:, :best%count), best%rows(measure, :best%count))
          call print_table(unit, table)
+         if (best%without_value > 0) write (unit, '(2x, a)') to_text(best%without_value)//' of the cases have no ' &
+            //name_in_results(measure_table(measure)%name)//', and none of them is in this table'
       end associate
    end subroutine print_best
 
