@@ -2,7 +2,8 @@
 !> that is, hardly changes during the run or a segment of a table. The static response of such a term to a load would be
 !> much larger than the motion. A sum of harmonics with frequencies of about the inverse length of the phase therefore
 !> replaces constant, linear and slow harmonic loads during a phase; the responses to these surrogates are hardly larger
-!> than the motion (docs/theory.md, section 18).
+!> than the motion (docs/theory.md, section 18). They also replace a harmonic load in resonance with a term, whose
+!> steady-state response would be as large.
 module surrogate_loads
    use applied_loads, only: applied_loads_t, largest_slope, largest_value
    use compliant_stop, only: dynamic_stiffness_t
@@ -22,6 +23,10 @@ module surrogate_loads
    !> Terms are slow, too, if the quasi-static response of a mode to the loads exceeds this number of units of
    !> displacement: the segments of a table are so short that the motion stays far below it.
    real(wp), parameter :: max_units = 1.0e4_wp
+   !> A harmonic load of frequency w is in resonance with a term exp(s t) if |s - i w| is less than this fraction of w.
+   real(wp), parameter :: near = 1.0e-3_wp
+   !> Maximum of w times the length of a phase with such a load: amid the frequencies of the surrogates.
+   real(wp), parameter :: max_angle = 2.0_wp
 
    !> Number of surrogate harmonics. They reproduce exp(i w t) during a phase to rounding if w times the length of the
    !> phase is at most `lowest`.
@@ -59,10 +64,22 @@ contains
       type(forced_response_t), intent(inout) :: forced
 
       if (is_new) set%has_slow_terms = any(abs(coupled%exponent)*loads%duration < max_slow) .or. &
-         largest_response(loads, set) > max_units
+         largest_response(loads, set) > max_units .or. any(is_resonant(coupled%exponent, loads%frequency))
       if (set%has_slow_terms) call add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       if (set%has_slow_terms .or. is_new) call prepare_work_terms(coupled%exponent, coupled%shape, loads, set)
    end subroutine forced_terms
+
+   !> Whether each harmonic load is in resonance with a term.
+   pure function is_resonant(exponent, frequency) result(answer)
+      complex(wp), intent(in) :: exponent(:)
+      !> Circular frequency of each load; 0: the load is not harmonic, [loads]
+      real(wp), intent(in) :: frequency(:)
+      logical :: answer(size(frequency))
+
+      integer :: g
+
+      answer = [(any(abs(exponent - cmplx(0.0_wp, frequency(g), wp)) < near*frequency(g)), g=1, size(frequency))]
+   end function is_resonant
 
    !> Bound on the constant of the quasi-static response of the modes to constant and linear loads.
    pure real(wp) function largest_response(loads, set) result(response)
@@ -117,7 +134,7 @@ contains
       end do
    end subroutine prepare_work_terms
 
-   !> Replace the constants, slopes and slow harmonics of the loads by surrogate harmonics.
+   !> Replace the constants, slopes, and slow or resonant harmonics of the loads by surrogate harmonics.
    subroutine add_surrogates(constrained, coupled, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(coupled_modes_t), intent(in) :: coupled
@@ -133,9 +150,12 @@ contains
       complex(wp), allocatable :: harmonic(:, :)
       type(load_segment_t) :: segment
       real(wp) :: length, clearances(size(stretches))
+      logical :: has_resonance(loads%count)
       integer :: g, k, harmonic_count
 
-      forced%until = min(forced%until, forced%tau + loads%duration)
+      has_resonance = is_resonant(coupled%exponent, loads%frequency) .and. abs(forced%segment%harmonic) > 0.0_wp
+      forced%until = minval([forced%until, forced%tau + loads%duration, &
+         forced%tau + max_angle/pack(loads%frequency, has_resonance)])
       length = forced%until - forced%tau
       clearances = [(min_clearance([coupled%exponent, cmplx(-constrained%oscillators%decay(coupled%inactive), &
          constrained%oscillators%spread(coupled%inactive), wp)], &
@@ -147,7 +167,7 @@ contains
       do g = 1, loads%count
          segment = forced%segment(g)
          if (loads%harmonic(g) > 0) then
-            if (is_slow(segment, length)) then
+            if (segment%frequency*length < lowest .or. has_resonance(g)) then
                call add_part(load_segment_t(harmonic=segment%harmonic, frequency=segment%frequency), &
                   set%driven%part == by_harmonic .and. set%driven%load == g)
             else
@@ -204,26 +224,18 @@ contains
       clearance = minval([(minval(abs(cmplx(0.0_wp, frequency(k), wp) - exponent))/frequency(k), k=1, size(frequency))])
    end function min_clearance
 
-   !> Whether the harmonic of a segment is slow for a phase of given length.
-   pure logical function is_slow(segment, length) result(answer)
-      type(load_segment_t), intent(in) :: segment
-      real(wp), intent(in) :: length
-
-      answer = segment%frequency*length < lowest
-   end function is_slow
-
    !> Amplitudes of the surrogate harmonics for a load segment: cos(w t) and sin(w t)/w are interpolated as functions of
    !> w^2.
    pure subroutine surrogate_amplitudes(segment, length, surrogate)
       type(load_segment_t), intent(in) :: segment
       !> Length of the phase, stretched
       real(wp), intent(in) :: length
-      !> Re sum surrogate exp(i w t) equals constant + slope t, plus the harmonic if the harmonic is slow
+      !> Re sum surrogate exp(i w t) equals constant + slope t + Re(harmonic exp(i frequency t))
       complex(wp), intent(out) :: surrogate(surrogate_count)
 
       associate (w => surrogate_frequencies(length))
-         surrogate = weights_at(0.0_wp)*cmplx(segment%constant, -segment%slope/w, wp)
-         if (is_slow(segment, length)) surrogate = surrogate + weights_at((segment%frequency*length)**2) &
+         surrogate = weights_at(0.0_wp)*cmplx(segment%constant, -segment%slope/w, wp) &
+            + weights_at((segment%frequency*length)**2) &
             *cmplx(real(segment%harmonic, wp), aimag(segment%harmonic)*segment%frequency/w, wp)
       end associate
    end subroutine surrogate_amplitudes
