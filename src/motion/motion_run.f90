@@ -17,7 +17,7 @@ module motion_run
    use number_text, only: to_text
    use response_types, only: mode_check_t, response_t
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, &
-      output_settings_t, run_settings_t, stops_of
+      output_settings_t, run_settings_t, stop_settings_t, stops_of
    use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
@@ -159,15 +159,17 @@ contains
       else if (.not. moves_in_modes(settings%response)) then
          call check_newmark(model, settings, error)
       else if (settings%response%mode_count > 0 .or. settings%response%keep_all_modes) then
-         ! other numbers of modes are not known without trial runs
+         ! other numbers of modes are not known without trial runs, and the steps depend on them
          lowest = unknown_modes
          call find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error)
          if (.not. allocated(error)) call check_newmark(model, settings_in_modes, error, modes)
+      else
+         call check_exact_start(model, settings, error)
       end if
    end subroutine check_motion
 
-   !> Check the start of exact motion with a given number of modes by a run that ends as it begins: with few modes the
-   !> beam may begin beyond a contact, or the contacts may be more than the modes.
+   !> Check the start in modes by a run of exact motion that ends as it begins, unless `check_beam` knows the start: a
+   !> mode, a table, few modes of a release, or a body may begin beyond a contact, and contacts may be more than modes.
    subroutine check_exact_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -178,9 +180,15 @@ contains
       real(wp), parameter :: brief = 1.0e-9_wp
       type(run_settings_t) :: start
       type(response_t) :: response
+      type(stop_settings_t), allocatable :: stops(:)
+      logical :: is_known
 
-      if (settings%response%mode_count == 0 .or. has_one_contact(settings, size(model%supports))) return
+      allocate (stops, source=stops_of(settings))
+      is_known = settings%response%mode_count == 0 .and. all(stops%partner == 0) .and. any(settings%start%kind == &
+         [start_release, start_rest, start_velocity, start_drop])
+      if (is_known .or. .not. settings%has_stop .or. has_one_contact(settings, size(model%supports))) return
       start = settings
+      start%response%method = method_exact
       start%response%duration = brief
       start%response%step = brief
       start%output = output_settings_t(history=.false.)
