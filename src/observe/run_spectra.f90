@@ -114,13 +114,12 @@ contains
       integer :: k
 
       allocate (contacts, source=contacts_of(settings))
-      associate (requested => settings%spectrum)
+      associate (requested => settings%spectrum, point => settings%spectrum%recorded_point)
          allocate (force_weight(size(contacts), size(requested%of)), source=0.0_wp)
          do k = 1, size(requested%of)
             if (signal_table(requested%of(k))%base /= quantity_force) cycle
             if (signal_table(requested%of(k))%is_of_point) then
-               force_weight(contacts%number, k) = settings%height_ratio*force_on_point(contacts, &
-                  requested%recorded_point)
+               force_weight(contacts%number, k) = settings%height_ratio*force_on_point(contacts, point)
             else
                force_weight(contacts%number, k) = merge(settings%height_ratio, 0.0_wp, requested%contact == 0 .or. &
                   contacts%number == requested%contact)
