@@ -170,6 +170,8 @@ contains
 
    !> Check the start in modes by a run of exact motion that ends as it begins, unless `check_beam` knows the start: a
    !> mode, a table, few modes of a release, or a body may begin beyond a contact, and contacts may be more than modes.
+   !> Unless the number of modes is given, all modes are taken, because fewer may refuse a start that the run accepts;
+   !> the start on a mesh with too many modes for that is left to the run.
    subroutine check_exact_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -178,6 +180,7 @@ contains
 
       ! length of the run, tau
       real(wp), parameter :: brief = 1.0e-9_wp
+      integer, parameter :: max_modes = 200
       type(run_settings_t) :: start
       type(response_t) :: response
       type(stop_settings_t), allocatable :: stops(:)
@@ -187,8 +190,10 @@ contains
       is_known = settings%response%mode_count == 0 .and. all(stops%partner == 0) .and. any(settings%start%kind == &
          [start_release, start_rest, start_velocity, start_drop])
       if (is_known .or. .not. settings%has_stop .or. has_one_contact(settings, size(model%supports))) return
+      if (settings%response%mode_count == 0 .and. number_of_modes(model) > max_modes) return
       start = settings
       start%response%method = method_exact
+      start%response%keep_all_modes = settings%response%mode_count == 0
       start%response%duration = brief
       start%response%step = brief
       start%output = output_settings_t(history=.false.)
