@@ -102,17 +102,31 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       type(failure_t), allocatable :: failure
-      integer :: i
 
       call find_failure(modified, is_new_beam, model, failure)
-      if (.not. allocated(failure)) return
-      if (index(failure%message, 'the position ') == 1) then
-         call complain_of_position(scene, modified, subject, failure%message, error)
-         return
-      end if
-      i = subject_of(failure%message)
-      call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), subject//failure%message, error)
+      if (allocated(failure)) call complain_of_run(scene, modified, subject, failure%message, error)
    end subroutine check_run
+
+   !> Report a failure in the line of the group that it is about.
+   subroutine complain_of_run(scene, modified, subject, message, error)
+      !> The scene as read
+      type(scene_t), intent(in) :: scene
+      !> The scene with the parameter values of this run
+      type(scene_t), intent(in) :: modified
+      !> Description of the run, the start of the message
+      character(*), intent(in) :: subject
+      character(*), intent(in) :: message
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: i
+
+      if (any([index(message, 'the position '), index(message, 'the beam')] == 1)) then
+         call complain_of_position(scene, modified, subject, message, error)
+      else
+         i = subject_of(message)
+         call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), subject//message, error)
+      end if
+   end subroutine complain_of_run
 
    !> Name the file, and the line and group of the scene, in the failure of a run whose start was refused only by the
    !> run itself.
@@ -122,12 +136,10 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       type(failure_t), allocatable :: failure
-      integer :: i
 
-      i = subject_of(error%message)
-      if (error%status == status_bad_input .and. i < size(subjects, 2)) then
+      if (error%status == status_bad_input .and. subject_of(error%message) < size(subjects, 2)) then
          call move_alloc(error, failure)
-         call complain_of_scene(scene, trim(subjects(2, i)), trim(subjects(3, i)), failure%message, error)
+         call complain_of_run(scene, scene, '', failure%message, error)
       else
          error%message = scene%file//': '//error%message
       end if

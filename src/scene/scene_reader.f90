@@ -168,7 +168,8 @@ contains
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
 
-   !> Report a position without a node, in the line of the support, mass, body or stop that has it.
+   !> Report a position without a node, in the line of the support, mass, body or stop that has it, or a beam that
+   !> begins beyond a surface, in the line of the body or stop with this surface.
    subroutine complain_of_position(scene, modified, subject, message, error)
       !> The scene as read
       type(scene_t), intent(in) :: scene
@@ -176,7 +177,7 @@ contains
       type(scene_t), intent(in) :: modified
       !> Description of the run, the start of the message
       character(*), intent(in) :: subject
-      !> Message that begins with the position
+      !> Message that begins with the position or with the beam
       character(*), intent(in) :: message
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -188,8 +189,10 @@ contains
       occurrence = 1
       allocate (stops, source=all_stops(modified))
       call find_position('stop', stops%position)
-      if (allocated(modified%supports)) call find_position('support', modified%supports%position)
-      if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
+      if (index(message, 'the position ') == 1) then
+         if (allocated(modified%supports)) call find_position('support', modified%supports%position)
+         if (allocated(modified%masses)) call find_position('mass', modified%masses%position)
+      end if
       if (allocated(modified%bodies)) call find_position('body', modified%bodies%position)
       call complain_of_scene(scene, group, '', subject//message, error, occurrence)
 
@@ -203,7 +206,8 @@ contains
          integer :: k
 
          do k = 1, size(positions)
-            if (index(message, 'the position '//to_text(positions(k))//' ') /= 1) cycle
+            if (index(message, 'the position '//to_text(positions(k))//' ') /= 1 .and. &
+               index(message, ' surface at x/L = '//to_text(positions(k))//', by ') == 0) cycle
             group = name
             occurrence = k
          end do
