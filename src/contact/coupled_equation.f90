@@ -101,6 +101,8 @@ contains
       type(dynamic_stiffness_t), intent(in) :: spring(:)
       type(coupled_equation_t), intent(out) :: problem
 
+      ! minimum of |2 zeta alpha - 1|
+      real(wp), parameter :: separation = 32.0_wp*epsilon(1.0_wp)
       integer :: j, k, pair
       ! whether a branch or damper may creep slowly, so that 0 is stored as a pole, too
       logical :: creeps
@@ -114,11 +116,14 @@ contains
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
+      ! if alpha = 1/(2 zeta), all modes have the pole -alpha, next to which the equation does not distinguish them
+      where (abs(problem%two_zeta*mass_rate - 1.0_wp) < separation) problem%mass_rate = mass_rate &
+         + 2.0_wp*separation*mass_rate
       creeps = any(spring%branch_stiffness > 0.0_wp .or. spring%viscosity > 0.0_wp)
       allocate (problem%pole(problem%poles + merge(1, 0, creeps)))
       allocate (problem%relative(size(problem%pole)))
       allocate (problem%branch_pole(size(spring)), source=0)
-      call find_mode_poles(square, zeta, mass_rate, problem%pole, problem%relative)
+      call find_mode_poles(square, zeta, problem%mass_rate, problem%pole, problem%relative)
       problem%poles = 2*size(square)
       do j = 1, size(spring)
          if (spring(j)%branch_stiffness <= 0.0_wp) cycle

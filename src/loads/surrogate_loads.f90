@@ -21,7 +21,8 @@ module surrogate_loads
    !> A term is slow if the magnitude of its exponent times the length of the run is less than this.
    real(wp), parameter :: max_slow = 0.1_wp
    !> Terms are slow, too, if the quasi-static response of a mode to the loads exceeds this number of units of
-   !> displacement: the segments of a table are so short that the motion stays far below it.
+   !> displacement, or its rate this number per unit of tau: the segments of a table are so short that the motion stays
+   !> far below it.
    real(wp), parameter :: max_units = 1.0e4_wp
    !> A harmonic load of frequency w is in resonance with a term exp(s t) if |s - i w| is less than this fraction of w.
    real(wp), parameter :: near = 1.0e-3_wp
@@ -81,7 +82,7 @@ contains
       answer = [(any(abs(exponent - cmplx(0.0_wp, frequency(g), wp)) < near*frequency(g)), g=1, size(frequency))]
    end function is_resonant
 
-   !> Bound on the constant of the quasi-static response of the modes to constant and linear loads.
+   !> Bound on the constant of the quasi-static response of the modes to constant and linear loads, and on its rate.
    pure real(wp) function largest_response(loads, set) result(response)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set
@@ -91,8 +92,10 @@ contains
 
       of_mode = 0.0_wp
       do g = 1, loads%count
-         of_mode = of_mode + abs(set%constant(:set%at%gaps, g))*largest_value(loads%course(g)) &
-            + abs(set%ramp(:set%at%gaps, g))*largest_slope(loads%course(g))
+         associate (slope => largest_slope(loads%course(g)))
+            of_mode = of_mode + abs(set%constant(:set%at%gaps, g))*max(largest_value(loads%course(g)), slope) &
+               + abs(set%ramp(:set%at%gaps, g))*slope
+         end associate
       end do
       response = maxval([0.0_wp, of_mode])
    end function largest_response
