@@ -294,6 +294,7 @@ contains
          call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
          call vectors_at_root(problem, s(upper(m)), distance, vectors)
          radius = 0.0_wp
+         is_inside = .false.
          if (vectors%condition > max_condition) call find_circle(problem, s, upper(m), is_inside, center, radius)
          if (radius > 0.0_wp .and. .not. any(done .and. is_inside)) then
             done = done .or. is_inside
