@@ -289,6 +289,8 @@ contains
       response = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + constrained%oscillators%two_zeta*s
       dynamic = s**2 + constrained%oscillators%mass_rate(:constrained%count)*s + viscous*constrained%oscillators%square
+      ! in resonance it may be zero
+      where (left_out) dynamic = 1.0_wp
       if (size(compliant) > 0) then
          zero_gap = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
