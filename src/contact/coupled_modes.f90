@@ -288,7 +288,6 @@ contains
       logical :: is_inside(size(s))
 
       done = .false.
-      is_inside = .false.
       do m = 1, size(upper)
          if (done(upper(m))) cycle
          call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
