@@ -122,7 +122,7 @@ contains
       end do
       call find_frequencies(loads)
       loads%duration = settings%response%duration
-      largest = maxval([largest_value(loads%course), largest_slope(loads%course)])
+      largest = maxval([0.0_wp, largest_value(loads%course), largest_slope(loads%course)])
       loads%slow = max(slow_frequency, 1.0_wp/settings%response%duration, sqrt(largest/max_units))
    end subroutine gather_loads
 
