@@ -5,11 +5,11 @@
 !> are closed, too.
 module coupled_modes
    use compliant_stop, only: is_rigid_stop, dynamic_stiffness_t
-   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, make_coupled_equation, stop_fractions, &
-      vectors_at_root
+   use coupled_equation, only: coupled_equation_t, make_coupled_equation, stop_fractions
    use coupled_roots, only: find_circle, find_coupled_roots
    use coupled_terms, only: allocate_terms, append_terms, compare_sides, coupled_modes_t, enlarge_terms, mirror_terms, &
       pad_terms, sort_terms
+   use coupled_vectors, only: coupled_vectors_t, vectors_at_root
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t, reduce_rows
    use failures, only: fail, failure_t, status_run_failed
@@ -431,13 +431,15 @@ contains
       integer, intent(in) :: active(:)
       type(coupled_modes_t), intent(inout) :: modes
 
-      ! `s_plus_rate` and `total` are N and M of `coupled_equation`: M u = N P
-      complex(wp) :: s_plus_rate, shape(size(active)), total
+      complex(wp) :: shape(size(active))
+      ! N and M of `coupled_equation` for each stop, and their derivatives: M u = N P
+      complex(wp), dimension(size(problem%spring)) :: n, m, n_slope, m_slope
       ! real and imaginary part of a term of the sum over the modes (`part`, `imag`) and of this sum; sum of the
       ! magnitudes of the terms
       real(wp) :: imag, part, sum_imag, sum_real, magnitude, max_force
       integer :: i, j
 
+      call stop_fractions(problem, s, distance, n, m, n_slope, m_slope)
       max_force = maxval(abs1(modes%force(:, place)))
       shape = modes%shape(active, place)
       do j = 1, size(problem%spring)
@@ -456,24 +458,21 @@ contains
                magnitude = magnitude + (abs(part) + abs(imag))
             end do
             u = -cmplx(sum_real, sum_imag, wp)
-            s_plus_rate = 1.0_wp
-            if (problem%branch_pole(j) > 0) s_plus_rate = distance(problem%branch_pole(j))
-            total = (spring%stiffness + spring%viscosity*s)*s_plus_rate + spring%branch_stiffness*s
             if (is_root) then
                ! the rounding error of the force is `epsilon` times the maximum force of all stops in this term, that
                ! of the sum `epsilon` times the magnitudes of its summands
-               if (abs1(total)*magnitude > abs1(s_plus_rate)*max_force) then
-                  u = force*s_plus_rate/total
+               if (abs1(m(j))*magnitude > abs1(n(j))*max_force) then
+                  u = force*n(j)/m(j)
                else
-                  force = total/s_plus_rate*u
+                  force = m(j)/n(j)*u
                end if
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle
             ! P2 follows from the law of the branch if it is the smaller part of the force, because P - k u would lose
             ! its digits
-            if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(s_plus_rate)) then
-               branch = spring%branch_stiffness*s/s_plus_rate*u
+            if (is_root .and. spring%branch_stiffness*abs1(s) < spring%stiffness*abs1(n(j))) then
+               branch = spring%branch_stiffness*s/n(j)*u
             else
                branch = force - spring%stiffness*u
             end if

@@ -4,7 +4,8 @@
 module coupled_roots
    use compliant_stop, only: is_rigid_stop
    use constrained_modes, only: constrain
-   use coupled_equation, only: coupled_equation_t, coupled_vectors_t, vectors_at
+   use coupled_equation, only: coupled_equation_t
+   use coupled_vectors, only: coupled_vectors_t, vectors_at
    use free_modes, only: max_rigid_square
    use kinds, only: wp
    use pole_offsets, only: distances, root_distances, abs1, sum_of_inverses
@@ -182,6 +183,8 @@ contains
       ! number of iterations after which the tolerance becomes `coalescing`
       integer, parameter :: normal_iterations = 200
       complex(wp) :: log_derivative, step, s
+      ! magnitude of s, or its distance from -1/(2 zeta) in the cluster, where that distance has all digits
+      real(wp) :: scale
       real(wp) :: tolerance, length, magnitude, size_of_distance(size(search%distance))
       integer :: j
       logical :: is_alone
@@ -219,10 +222,12 @@ contains
          ! a step to the pole, to rounding, has left the offset without digits
          if (abs1(offset(m)) <= epsilon(1.0_wp)*length) offset(m) = epsilon(1.0_wp)*step
          magnitude = abs1(offset(m))
+         scale = abs1(s)
+         if (problem%is_clustered(near(m))) scale = abs1(problem%relative(near(m))/problem%two_zeta + offset(m))
          tolerance = 1.0e-12_wp*magnitude
-         if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*abs1(s))
+         if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*scale)
          ! coalescing roots are accurate to the square root of the rounding error only
-         if (iteration > normal_iterations) tolerance = coalescing*abs1(s)
+         if (iteration > normal_iterations) tolerance = coalescing*scale
          done = length <= tolerance
          ! convergence is quadratic: the estimate of the next step is c step^2, with c = step/last_step^2
          if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*magnitude
@@ -282,8 +287,9 @@ contains
 
       integer, parameter :: max_roots = 6
       real(wp) :: spread
-      integer :: count
+      integer :: count, poles
 
+      poles = max(2*problem%modes, maxval(problem%branch_pole))
       is_inside = .false.
       is_inside(root) = .true.
       center = s(root)
@@ -295,7 +301,7 @@ contains
          if (abs(aimag(center)) <= 2.0_wp*spread) center = real(center, wp)
          spread = maxval(abs(s - center), mask=is_inside)
          radius = 0.4_wp*min(abs(real(center, wp)), minval(abs(s - center), mask=.not. is_inside), &
-            minval(abs(problem%pole - center)))
+            minval(abs(problem%pole(:poles) - center)))
          if (radius >= 2.5_wp*spread) return
       end do
       radius = 0.0_wp

@@ -6,7 +6,7 @@ module pole_offsets
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, strengths, abs1
+   public :: secular_t, find_mode_poles, relative_rate, distances, root_distances, sum_of_inverses, strengths, abs1
 
    !> Poles of a secular equation.
    type :: secular_t
@@ -31,7 +31,7 @@ module pole_offsets
 contains
 
    !> Exponents (poles) of the free modes, two for each mode, side by side: the roots of s^2 + (2 zeta W^2 + alpha) s +
-   !> W^2 = 0, so that 1 + 2 zeta s = -s (s + alpha)/W^2.
+   !> W^2 = 0. The product of their two e = 1 + 2 zeta s is 1 - 2 zeta alpha.
    pure subroutine find_mode_poles(squares, zeta, mass_rate, pole, relative)
       !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
@@ -45,7 +45,7 @@ contains
       complex(wp), intent(inout) :: relative(:)
 
       real(wp) :: decay, frequency, spread
-      integer :: i
+      integer :: i, larger
 
       do i = 1, size(squares)
          decay = max(zeta*squares(i) + 0.5_wp*mass_rate(i), 0.0_wp)
@@ -54,9 +54,10 @@ contains
             if (decay > frequency) then
                spread = sqrt((decay - frequency)*(decay + frequency))
                p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
-               e = -p*(p + mass_rate(i))/squares(i)
-               ! for W < alpha the fast pole is almost -alpha, so that s + alpha would cancel
-               if (frequency < mass_rate(i)) e(2) = 1.0_wp + 2.0_wp*zeta*p(2)
+               e = 1.0_wp + 2.0_wp*zeta*p
+               ! the sum has lost digits of the smaller e
+               larger = maxloc(abs(e), dim=1)
+               if (abs(e(larger)) > 0.0_wp) e(3 - larger) = relative_rate(2.0_wp*zeta, mass_rate(i))/e(larger)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
                p(2) = conjg(p(1))
@@ -65,6 +66,20 @@ contains
          end associate
       end do
    end subroutine find_mode_poles
+
+   !> 1 + 2 zeta s at s = -rate. If alpha = 1/(2 zeta), all modes have the pole -alpha, next to which no equation
+   !> distinguishes them, and perhaps stops do, too. A number far below rounding instead of 0 separates these poles,
+   !> because their differences keep all digits.
+   pure real(wp) function relative_rate(two_zeta, rate) result(relative)
+      real(wp), intent(in) :: two_zeta
+      !> The rate, which is also alpha in the product of both values of a mode
+      real(wp), intent(in) :: rate
+
+      real(wp), parameter :: min_relative = epsilon(1.0_wp)/256.0_wp
+
+      relative = 1.0_wp - two_zeta*rate
+      if (abs(relative) < min_relative) relative = min_relative
+   end function relative_rate
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)
