@@ -127,6 +127,10 @@ contains
       if (len(command%folder) == 0) then
          call fail(error, status_bad_input, '--out needs the name of a folder, got an empty one')
          return
+      else if (len_trim(command%folder) < len(command%folder)) then
+         call fail(error, status_bad_input, "--out: the name of a folder must not end in a blank, got '"// &
+            command%folder//"'")
+         return
       end if
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)

@@ -234,6 +234,8 @@ contains
       !> Format of the tables for other programs, one of `table_formats`; absent: only existing tables are rewritten
       character(*), intent(in), optional :: format
 
+      ! another run that fails may remove the folder while it is still empty, so it is made again
+      integer, parameter :: max_attempts = 10
       type(claim_t) :: claim
       type(job_t) :: job
       character(:), allocatable :: text
@@ -241,6 +243,7 @@ contains
       character(:), allocatable :: existing
       ! maximum status of a failure in any of the MPI processes; 0: none has failed
       integer :: failure_status
+      integer :: attempt
       logical :: has_unit
 
       job%folder = folder
@@ -252,8 +255,11 @@ contains
       existing = existing_part(folder)
       ! a folder that cannot be written is reported before a long run, not after it
       if (has_unit .and. is_first_rank()) then
-         call make_folder(folder, error)
-         if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
+         do attempt = 1, max_attempts
+            call make_folder(folder, error)
+            if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
+            if (.not. allocated(error)) exit
+         end do
       end if
       failure_status = 0
       if (allocated(error)) failure_status = error%status

@@ -3,7 +3,7 @@
 module results_claim
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: kind_file, kind_link, kind_nothing, kind_of, reason
+   use file_system, only: kind_file, kind_link, kind_nothing, kind_of, problem_with_reading, reason
    use hdf5_loading, only: hdf5_source_t
    use program_identity, only: program_name
    implicit none (type, external)
@@ -58,7 +58,7 @@ contains
       integer(c_int), parameter :: is_locked = -1_c_int, is_foreign = -2_c_int
       integer(c_size_t), parameter :: max_owner_length = 400_c_size_t
       character(max_owner_length, kind=c_char) :: owner
-      character(:), allocatable :: lock, path
+      character(:), allocatable :: lock, path, problem
       type(hdf5_source_t) :: file
       integer(c_int) :: code, descriptor
       logical :: is_writable
@@ -73,6 +73,10 @@ contains
          ! nothing may have the path, or a results file of the program
          is_writable = kind_of(path) == kind_nothing
          if (kind_of(path) == kind_file) then
+            ! HDF5 would not report why it cannot open a file
+            problem = problem_with_reading(path)
+            if (problem /= '') call fail(error, status_run_failed, "cannot read '"//path// &
+               "', which would be replaced: "//problem)
             call file%open_file(path)
             is_writable = file%text_attribute('program') == program_name
             call file%close_source()

@@ -57,13 +57,14 @@ contains
       character(*), intent(in) :: path
       !> Text of the plan
       character(*), intent(in) :: text
-      !> Set if the chunks in the folder belong to another plan, or if another program has written the folder
+      !> Set if there are chunks and they belong to another plan, or if another program has written the folder
       type(failure_t), allocatable, intent(out) :: error
 
       character(*), parameter :: wanted = 'a folder of parts'
       character(:), allocatable :: stored_plan
       character(entry_length), allocatable :: entries(:)
       integer :: i
+      logical :: is_gone
 
       select case (kind_of(path))
       case (kind_nothing)
@@ -79,20 +80,23 @@ contains
          else
             call load_file(path//'/'//plan_file, stored_plan, error)
             if (allocated(error)) return
+            call folder_entries(path, entries)
             if (index(stored_plan, program_name//' ') /= 1) then
                call refuse_foreign(path, wanted, error)
-            else if (stored_plan /= text) then
+            else if (stored_plan /= text .and. any([(is_chunk_name(trim(entries(i))), i=1, size(entries))])) then
                call fail(error, status_bad_input, "'"//path//"' holds the parts of another sweep: there "// &
                   difference(stored_plan, text)//'; let that one finish with the scene as it was, remove the ' &
                   //'folder, or give another name or --out')
             end if
-            return
+            ! the plan of a sweep that ended before its first part is replaced
+            if (stored_plan == text) return
          end if
       case default
          call refuse_foreign(path, wanted, error)
       end select
       if (allocated(error)) return
       call replace_file(path, plan_file, text, error)
+      if (allocated(error)) call remove_empty_folder(path, is_gone)
    end subroutine open_chunk_folder
 
    !> Remove the chunks, and the folder unless it has files of the user.
@@ -119,11 +123,16 @@ contains
       character(:), allocatable :: final
 
       final = final_name(name)
-      answer = final == plan_file .or. final == assembled_file
-      if (len(final) >= len(chunk_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) then
-         answer = answer .or. verify(final(:len(final) - 3), '0123456789') == 0
-      end if
+      answer = final == plan_file .or. final == assembled_file .or. is_chunk_name(final)
    end function is_own_file
+
+   !> Whether a name is that of the file of a chunk.
+   pure logical function is_chunk_name(name) result(answer)
+      character(*), intent(in) :: name
+
+      answer = len(name) >= len(chunk_name(1)) .and. index(name, '.h5', back=.true.) == len(name) - 2
+      if (answer) answer = verify(name(:len(name) - 3), '0123456789') == 0
+   end function is_chunk_name
 
    !> Both versions of the first line in which two texts differ, for messages.
    pure function difference(stored_text, current_text) result(words)

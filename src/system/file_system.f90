@@ -9,7 +9,8 @@ module file_system
    public :: make_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders
    public :: folder_entries, remove_entries, entry_length
    public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
-   public :: load_file, load_bytes, replace_file, move_file, partial_name, final_name, path_beside, reason
+   public :: load_file, load_bytes, problem_with_reading, replace_file, move_file, reason
+   public :: partial_name, final_name, path_beside
    public :: is_terminal, standard_error_descriptor
 
    !> File descriptor of standard error.
@@ -181,10 +182,13 @@ contains
       logical :: is_gone
 
       folder = trim(path)
-      do while (len(folder) > len(part))
+      do
+         ! a path may end in slashes, and a folder is removed once
+         folder = folder(:verify(folder, '/', back=.true.))
+         if (len(folder) <= len(part)) return
          call remove_empty_folder(folder, is_gone)
          if (.not. is_gone) return
-         folder = folder(:index(folder, '/', back=.true.) - 1)
+         folder = folder(:index(folder, '/', back=.true.))
       end do
    end subroutine remove_empty_folders
 
@@ -341,6 +345,20 @@ contains
       end if
       if (code /= 0) problem = reason(code)
    end subroutine load_bytes
+
+   !> Reason why a regular file cannot be opened for reading; empty: it can be. Links are not followed.
+   function problem_with_reading(path) result(words)
+      character(*), intent(in) :: path
+      character(:), allocatable :: words
+
+      integer(c_int) :: code
+      integer(c_size_t) :: count
+
+      count = 0_c_size_t
+      code = impactbeam_read_bytes(trim(path)//c_null_char, 0_c_int, count=count)
+      words = ''
+      if (code /= 0) words = reason(code)
+   end function problem_with_reading
 
    !> Temporary name of an incomplete file: hidden, and without the extension of a results file.
    pure function partial_name(name, process) result(partial)
