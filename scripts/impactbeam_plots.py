@@ -215,6 +215,13 @@ def set_ticks_together(panel, axis, columns, places=None):
         return
     places, cases = numpy.unique(places if is_placed else columns[0], return_index=True)
     chosen = numpy.unique(numpy.linspace(0, len(cases) - 1, min(len(cases), 8)).round().astype(int))
+    # labels have room only at some distance from each other
+    scaled = numpy.log(places) if getattr(panel, f"get_{axis}scale")() == "log" else places
+    kept = []
+    for place in chosen:
+        if not kept or scaled[place] - scaled[kept[-1]] >= 0.08 * (scaled[-1] - scaled[0]):
+            kept.append(place)
+    chosen = numpy.array(kept)
     labels = [("\n" if axis == "x" else ", ").join(f"{column[case]:.4g}" for column in columns) for case in cases[chosen]]
     getattr(panel, f"set_{axis}ticks")(places[chosen], labels)
     getattr(panel, f"set_{axis}ticks")([], minor=True)

@@ -25,7 +25,9 @@ def read(path):
         names = plots.texts_of(group["column_solver"])
         if values.shape != (len(names), len(exact)):
             values = values.T
-        columns = zip(names, group["column_elements"][:], group["column_ratio"][:], np.abs(values / exact - 1.0))
+        # an exact value of 0, of a beam that turns freely, has no relative error
+        errors = np.abs(np.divide(values, exact, where=exact > 0.0, out=np.full(values.shape, np.nan)) - 1.0)
+        columns = zip(names, group["column_elements"][:], group["column_ratio"][:], errors)
         return list(columns), exact
 
 
@@ -42,9 +44,10 @@ def main():
         found, exact = read(path)
         columns += found
     most = min(len(errors) for *_, errors in columns)
-    modes = [mode for mode in arguments.modes if 1 <= mode <= most]
+    modes = [mode for mode in arguments.modes if 1 <= mode <= most and exact[mode - 1] > 0.0]
     if not modes:
         raise plots.Unplottable(f"--modes: all files have modes 1 to {most}, none of those asked for")
+    elements = sorted({int(n) for _, n, *_ in columns})
     solvers = list(dict.fromkeys(solver for solver, *_ in columns))
     ratios = sorted({ratio for _, _, ratio, _ in columns})
 
@@ -67,6 +70,9 @@ def main():
         panel.axhline(ROUNDING, color="0.6", linewidth=0.8)
         panel.set_title(rf"$\lambda_{{{mode}}}$ = {exact[mode - 1]:.6f}")
         panel.set_xlabel("number of elements $n$")
+        if len(elements) <= 6:
+            panel.set_xticks(elements, [str(n) for n in elements])
+            panel.set_xticks([], minor=True)
         panel.grid(True, which="major", color="0.9")
     panels[0][0].set_ylabel(r"relative error of $\lambda$")
     left = panels[0][0].get_xlim()[0]

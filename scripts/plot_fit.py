@@ -91,8 +91,8 @@ def draw_pair(axes, fit, first, second):
     near = (np.abs(ended[0] - centre[0]) < 6.0*error[0]) & (np.abs(ended[1] - centre[1]) < 6.0*error[1])
     axes.plot(ended[0][near], ended[1][near], linestyle="none", marker="x", markersize=4,
               color=plots.COLOURS[0])
-    axes.set_xlabel(label_of(fit.names[first], fit.units[first], powers[0]))
-    axes.set_ylabel(label_of(fit.names[second], fit.units[second], powers[1]))
+    axes.set_xlabel(label_of(fit.names[first], fit.units[first], powers[0]), fontsize=8)
+    axes.set_ylabel(label_of(fit.names[second], fit.units[second], powers[1]), fontsize=8)
     axes.ticklabel_format(useOffset=False, style="plain")
     axes.locator_params(nbins=4)
 

@@ -81,7 +81,10 @@ def draw(path):
     """The picture of one file: shapes or frequencies, and errors beside them."""
     table = Table(path)
     count = 2 if table.error is not None else 1
-    figure, panels = plt.subplots(1, count, figsize=(plots.WIDTH * (1.0 if count == 1 else 1.3), 3.9), layout="constrained", squeeze=False)
+    # a long legend stands beside the panels
+    columns = -(-len(table.labels) // 20) if len(table.labels) > 16 else 0
+    figure, panels = plt.subplots(1, count, figsize=(plots.WIDTH * (1.0 if count == 1 else 1.3) + 1.6 * columns, 3.9),
+                                  layout="constrained", squeeze=False)
     first, last = panels[0][0], panels[0][-1]
     if table.shape is not None:
         draw_shapes(first, table)
@@ -92,7 +95,9 @@ def draw(path):
         draw_columns(last, table, table.error)
         last.set_ylabel(r"error of $\lambda_i$ (percent)")
     first.set_title(table.title)
-    if len(table.labels) > 1 or table.error is not None:
+    if columns:
+        last.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), ncol=columns, fontsize=8)
+    elif len(table.labels) > 1 or table.error is not None:
         last.legend(loc="lower right", ncol=1 + (len(table.labels) > 8), fontsize=8)
     return figure
 

@@ -287,7 +287,10 @@ class Drawing:
                         for _, face in body.faces for z in (body.z.min(), body.z.max())]
         released = [] if scene.release is None else [scene.release[1]]
         values = numpy.concatenate([heights, released, [0.0]] + [numpy.ravel(shape) for shape in shapes])
-        span = max(values.max() - values.min(), 1e-30)
+        span = values.max() - values.min()
+        # a beam that begins to move from its stop gives no height
+        if span < 1e-9 * scene.unit:
+            span = scene.unit
         thickest = scene.height.max()
         self.factor = 1.0
         if not scene.is_known or not 0.04 * span <= thickest <= 0.6 * span:

@@ -21,14 +21,17 @@ class Sensitivity:
             self.title = plots.title_of(file)
             self.measures = [plots.text_of(name) for name in group["measure"][()]]
             self.parameters = [plots.text_of(name) for name in group["parameter"][()]]
-            self.elasticity = group["elasticity"][()]
+            # one percent of 0 is no change
+            value = group["parameter_value"][()].astype(float)
+            value[value == 0.0] = math.nan
+            self.elasticity = np.where(np.isnan(value), math.nan, group["elasticity"][()])
             self.states = [plots.text_of(name) for name in group["state"][()]]
             with np.errstate(divide="ignore", invalid="ignore"):
-                share = group["parameter_value"][()]/group["measure_value"][()]
+                share = value/group["measure_value"][()]
                 self.sides = [share*group[name][()] for name in ("from_below", "from_above")]
 
     def bars_of(self, measure):
-        """Name and elasticities of each parameter, the longest last."""
+        """Name and elasticities of each parameter, the longest last, before them those without."""
         bars = []
         for row, name in enumerate(self.measures):
             if name != measure:
@@ -36,16 +39,18 @@ class Sensitivity:
             values = [self.elasticity[row]]
             if self.states[row] == "none":
                 values = [side[row] for side in self.sides]
-            if all(math.isfinite(value) for value in values):
-                bars.append((self.parameters[row], values))
-        return sorted(bars, key=lambda bar: max(abs(value) for value in bar[1]))
+            bars.append((self.parameters[row], values if all(map(math.isfinite, values)) else []))
+        return sorted(bars, key=lambda bar: max(map(abs, bar[1]), default=-1.0))
 
 
 def draw_measure(axes, sensitivity, measure):
     """The bars of one measure."""
     bars = sensitivity.bars_of(measure)
     for place, (_, values) in enumerate(bars):
-        height = 0.62/len(values)
+        if not values:
+            axes.annotate("no derivative, or a value of 0", (0.0, place), xytext=(4, 0), textcoords="offset points",
+                          va="center", fontsize=8, color="#606060")
+        height = 0.62/max(1, len(values))
         for number, value in enumerate(values):
             axes.barh(place + (number - 0.5*(len(values) - 1))*height, value, height=0.9*height,
                       color=plots.COLOURS[2 if value >= 0 else 1], alpha=0.8 if len(values) == 1 else 0.4 + 0.3*number)
@@ -54,12 +59,10 @@ def draw_measure(axes, sensitivity, measure):
     axes.tick_params(axis="y", which="both", length=0)
     axes.set_title(measure)
     axes.margins(x=0.08)
+    axes.set_ylim(-0.6, len(bars) - 0.4)
     # rounding errors alone would fill the panel
-    if bars and max(abs(value) for _, values in bars for value in values) < 1e-9:
+    if max((abs(value) for _, values in bars for value in values), default=0.0) < 1e-9:
         axes.set_xlim(-1.0, 1.0)
-    if not bars:
-        axes.text(0.5, 0.5, "no derivative, or a value of 0", transform=axes.transAxes, ha="center", va="center")
-        axes.set_xticks([])
 
 
 def draw(sensitivity):

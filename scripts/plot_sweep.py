@@ -367,8 +367,10 @@ def draw_parallel(sweep):
     heights = np.array([height(k, data[k, order]) for k in range(len(columns))]).T
     places = np.arange(len(columns))
     share = np.linspace(0.0, 1.0, len(order))
+    # few lines are seen alone, many only where they are dense
+    faint = min(0.6, max(0.08, 20.0 / len(order)))
     for line, value, front in zip(heights, sweep.column[order], share):
-        panel.plot(places, line, color=colours(norm(value)), linewidth=0.5, alpha=0.08 + 0.75 * front**12, zorder=1 + front)
+        panel.plot(places, line, color=colours(norm(value)), linewidth=0.5, alpha=faint + (0.83 - faint) * front**12, zorder=1 + front)
     if sweep.best is not None:
         panel.plot(places, [height(k, data[k, sweep.best]) for k in range(len(columns))], color=BEST, linewidth=1.4,
                    linestyle=plots.DASHES[1], zorder=3, label=sweep.best_in_words())
