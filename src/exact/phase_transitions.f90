@@ -203,6 +203,8 @@ contains
          associate (state => self%states(k), velocity => velocity_of(self, k, motion))
             if (abs(velocity) > velocity_rounding(self, k, motion)) then
                state%start_order = 1
+               ! an impulse at this instant may reverse the velocity
+               state%is_touched = velocity > 0.0_wp .and. .not. state%is_rigid
                if (velocity > 0.0_wp) cycle
                if (state%is_rigid) hit = k
                if (.not. state%is_rigid) call close_contact(self, k, 1, motion, response)
