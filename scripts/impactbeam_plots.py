@@ -1,6 +1,8 @@
 """What the plotting scripts share: opening results files, the style of the pictures, saving them."""
 
+import contextlib
 import importlib.util
+import os
 import re
 import sys
 from pathlib import Path
@@ -267,18 +269,36 @@ def quantity(value, unit):
     return round_number(value) + ("" if unit in ("", OF_SCENE) else f"\u00a0{unit}")
 
 
+WRITTEN = set()
+
+
+@contextlib.contextmanager
+def complete_file(path):
+    """A path beside that of a file, for writing: the file gets its name when it is complete. No file is written twice."""
+    if path in WRITTEN:
+        raise Unplottable(f"{path} is there from another file of this command already: give one file")
+    WRITTEN.add(path)
+    partial = path.with_name(f".{path.stem}.part-{os.getpid()}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield partial
+        partial.replace(path)
+    except (OSError, ValueError) as error:
+        raise Unplottable(f"cannot write {path}: {getattr(error, 'strerror', None) or error}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+    print(path)
+
+
 def save(figure, path, bbox_inches="tight"):
     """Write the picture, by default without blank edges, and say where it is."""
     if path.suffix not in ENDINGS:
         raise Unplottable(f"--out {path}: a picture ends in {', '.join(ENDINGS)}" + (
             "; plot_scene --film makes a .gif" if path.suffix == ".gif" else ""))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, bbox_inches=bbox_inches, metadata=NO_DATE.get(path.suffix))
-    except (OSError, ValueError) as error:
-        raise Unplottable(f"cannot write {path}: {error}") from None
+    with complete_file(path) as partial:
+        figure.savefig(partial, bbox_inches=bbox_inches, metadata=NO_DATE.get(path.suffix))
     plt.close(figure)
-    print(path)
 
 
 def run(main):

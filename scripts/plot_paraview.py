@@ -7,6 +7,7 @@ point with the vector `contact_force` on the beam.
 """
 
 import argparse
+import io
 from pathlib import Path
 
 import impactbeam_plots as plots
@@ -76,7 +77,9 @@ def write(path, motion):
     data = {"displacement": upright(np.hstack([motion.displacement, none])), "velocity": upright(np.hstack([motion.velocity, none])),
             "contact_force": upright(np.hstack([before, motion.forces]))}
     data.update({name: np.hstack([values, beside]) for name, values in motion.of_places.items()})
-    with h5py.File(path, "w") as file:
+    # in memory first, because h5py crashes on a full disk
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = (2, 0)
         root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
@@ -107,6 +110,7 @@ def write(path, motion):
         offsets = steps.create_group("PointDataOffsets")
         for name in data:
             offsets[name] = np.arange(instants, dtype=np.int64) * points
+    path.write_bytes(image.getvalue())
 
 
 def main():
@@ -119,8 +123,11 @@ def main():
         parser.error("--out names one file: give one file of results")
     for path in arguments.files:
         out = arguments.out or path.with_suffix(".vtkhdf")
-        write(out, Motion(path))
-        print(out)
+        if out.suffix != ".vtkhdf":
+            raise plots.Unplottable(f"--out {out}: a file for ParaView ends in .vtkhdf")
+        motion = Motion(path)
+        with plots.complete_file(out) as partial:
+            write(partial, motion)
 
 
 if __name__ == "__main__":

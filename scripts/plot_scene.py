@@ -551,11 +551,10 @@ def animate(scene, path):
         for trace, y in traces:
             trace.set_data(time[scene.tau <= now], y[scene.tau <= now])
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     bodies = [artist for _, artists, stretched in drawing.bodies for artist in [*artists, *(stretched or [])[:1]]]
-    save_film(figure, [*drawing.plates, *bodies, band, clock, *(trace for trace, _ in traces)], show, frames, path)
+    with plots.complete_file(path) as partial:
+        save_film(figure, [*drawing.plates, *bodies, band, clock, *(trace for trace, _ in traces)], show, frames, partial)
     plt.close(figure)
-    print(path)
 
 
 def save_film(figure, moving, show, frames, path):

@@ -418,6 +418,8 @@ def main():
     for name in names:
         if name not in sweep.names:
             raise plots.Unplottable(f"{arguments.file}: {name} is not swept; swept are {', '.join(sweep.names)}")
+        if names.count(name) > 1:
+            raise plots.Unplottable(f"--parameters: {name} is given twice")
     if kind == "map":
         if len(names) < 2:
             raise plots.Unplottable(f"{arguments.file}: a map needs two parameters; swept are {', '.join(sweep.names)}")
