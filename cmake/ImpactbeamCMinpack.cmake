@@ -3,7 +3,7 @@
 if(NOT TARGET cminpack::cminpack)
   find_library(CMINPACK_LIBRARY NAMES cminpack cminpack_s)
   include(FindPackageHandleStandardArgs)
-  find_package_handle_standard_args(CMinpack REQUIRED_VARS CMINPACK_LIBRARY)
+  find_package_handle_standard_args(CMinpack REQUIRED_VARS CMINPACK_LIBRARY NAME_MISMATCHED)
   if(NOT CMinpack_FOUND)
     message(FATAL_ERROR "cminpack is needed; on Debian: apt-get install libcminpack-dev")
   endif()

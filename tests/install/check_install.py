@@ -132,7 +132,8 @@ def library():
     example = os.path.join(PLACE, "share", "impactbeam", "examples", "library")
     here = folder("library of others")
     cmake = os.environ["CMAKE"]
-    run(cmake, "-S", example, "-B", here, "-G", os.environ["GENERATOR"], f"-DCMAKE_PREFIX_PATH={PLACE}")
+    said = run(cmake, "-S", example, "-B", here, "-G", os.environ["GENERATOR"], f"-DCMAKE_PREFIX_PATH={PLACE}")[1]
+    demand("Warning" not in said, said)
     run(cmake, "--build", here)
     said = run("./softest_stop", cwd=here)[0]
     demand(said.split() == [f"results/stop_{number}.h5" for number in (2, 5, 8)], said)
