@@ -59,7 +59,12 @@ contains
          ! an impulse has given the stop point a velocity
          if (velocity_of(self, i, motion) > velocity_rounding(self, i, motion)) self%states(i)%start_order = 1
       end do
-      call resolve_touched_contacts(self, motion, response)
+      if (self%loads%count > 0 .and. .not. motion%tau < self%forced%until) then
+         ! the loads change at the same instant
+         call update_contacts(self, motion, response)
+      else
+         call resolve_touched_contacts(self, motion, response)
+      end if
    end subroutine apply_transition
 
    !> Apply the transition at a contact that ended a phase.
@@ -163,7 +168,16 @@ contains
       type(response_t), intent(inout) :: response
 
       type(capture_t) :: captures(size(self%states))
+      integer :: k
 
+      ! a flight whose gap is still zero to rounding has begun for other loads: without a velocity, it is decided anew
+      do k = 1, size(self%states)
+         associate (state => self%states(k))
+            if (.not. (state%is_active .and. state%is_rigid) .or. state%is_closed .or. state%start_order < 2) cycle
+            captures(k)%is_captured = .not. velocity_of(self, k, motion) > velocity_rounding(self, k, motion)
+            if (.not. captures(k)%is_captured) state%start_order = 1
+         end associate
+      end do
       call check_dampers(self, motion, response)
       call update_rigid_contacts(self, captures, motion, response)
       call resolve_touched_contacts(self, motion, response)
