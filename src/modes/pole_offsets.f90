@@ -68,14 +68,14 @@ contains
    end subroutine find_mode_poles
 
    !> 1 + 2 zeta s at s = -rate. If alpha = 1/(2 zeta), all modes have the pole -alpha, next to which no equation
-   !> distinguishes them, and perhaps stops do, too. A number far below rounding instead of 0 separates these poles,
-   !> because their differences keep all digits.
+   !> distinguishes them, and perhaps stops do, too. A number instead of 0 separates these poles. It is not much below
+   !> rounding, because the modes in the cluster, each of which moves stops at one point alike, would hide all others.
    pure real(wp) function relative_rate(two_zeta, rate) result(relative)
       real(wp), intent(in) :: two_zeta
       !> The rate, which is also alpha in the product of both values of a mode
       real(wp), intent(in) :: rate
 
-      real(wp), parameter :: min_relative = epsilon(1.0_wp)/256.0_wp
+      real(wp), parameter :: min_relative = 64.0_wp*epsilon(1.0_wp)
 
       relative = 1.0_wp - two_zeta*rate
       if (abs(relative) < min_relative) relative = min_relative
