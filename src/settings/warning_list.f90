@@ -36,7 +36,7 @@ module warning_list
    !> An extreme of the stress lies at the start, where the velocity does not fulfil the conditions at the root or a
    !> support: the damping moment has no limit on finer meshes.
    integer, parameter :: warning_stress_start = 13
-   !> The run ends so soon after the settling time that the stop may exceed the settling level again.
+   !> The run ends so soon after the settling time that the beam may exceed the settling level again.
    integer, parameter :: warning_settling = 14
    !> Names by which users see and silence (`silent_warnings` of &scene) the warnings.
    character(*), parameter :: warning_names(14) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &

@@ -59,8 +59,8 @@ contains
          //'extreme at the start, where the velocity does not fit the root or a support: with damping in proportion ' &
          //'to stiffness it grows with the number of elements; measures after a start of &statistics leave it out')
       if (run_ends_unsettled(scene, response)) call add_warning(scene, warning_settling, 'the run ends less than ' &
-         //'half a period of the first frequency after the settling time: the stop may move away again; a longer run ' &
-         //'shows it')
+         //'half a period of the first frequency after the settling time: the beam may leave the stop again; a ' &
+         //'longer run shows it')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it

@@ -52,7 +52,7 @@ contains
       if (survey%unsettled_count > 0 .and. allocated(scene%warnings)) call add_warning(scene_with_warnings, &
          warning_settling, to_text(survey%unsettled_count)//' of '//to_text(plan%cases) &
          //' cases end less than half a ' &
-         //'period of the first frequency after their settling time: the stop may move away again; a longer run ' &
+         //'period of the first frequency after their settling time: the beam may leave the stop again; a longer run ' &
          //'shows it')
       call print_warnings(unit, scene_with_warnings)
       ! if the program chose the mesh
