@@ -44,11 +44,15 @@ contains
       !> 1 + 2 zeta s, [2 modes at least]
       complex(wp), intent(inout) :: relative(:)
 
-      real(wp) :: decay, frequency, spread
+      real(wp) :: decay, frequency, product, rate, spread
       integer :: i, larger
 
       do i = 1, size(squares)
-         decay = max(zeta*squares(i) + 0.5_wp*mass_rate(i), 0.0_wp)
+         product = relative_rate(2.0_wp*zeta, mass_rate(i))
+         rate = mass_rate(i)
+         ! both poles change with the product
+         if (abs(1.0_wp - 2.0_wp*zeta*rate) < abs(product)) rate = rate*(1.0_wp - product)
+         decay = max(zeta*squares(i) + 0.5_wp*rate, 0.0_wp)
          frequency = sqrt(squares(i))
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
             if (decay > frequency) then
@@ -57,7 +61,7 @@ contains
                e = 1.0_wp + 2.0_wp*zeta*p
                ! the sum has lost digits of the smaller e
                larger = maxloc(abs(e), dim=1)
-               if (abs(e(larger)) > 0.0_wp) e(3 - larger) = relative_rate(2.0_wp*zeta, mass_rate(i))/e(larger)
+               if (abs(e(larger)) > 0.0_wp) e(3 - larger) = product/e(larger)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
                p(2) = conjg(p(1))
