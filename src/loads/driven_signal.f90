@@ -97,8 +97,8 @@ contains
       real(wp) :: response_terms(term_columns)
       ! constant and slope of the load response at this instant, or their derivatives
       real(wp) :: linear(0:1)
-      ! relative rounding error of the harmonics
-      real(wp) :: rounding
+      ! relative rounding error of the load response
+      real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
       ! magnitude to which this error refers
       real(wp) :: magnitude
       ! load response
@@ -115,7 +115,6 @@ contains
       if (present(added)) response_terms = response_terms + added
       if (present(added_floor)) floor = floor + added_floor
       call self%free%find_bounds(t, order, bounds, response_terms, floor, needs_step)
-      rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + max(0.0_wp, maxval(self%terms%frequency))*(self%from + t))
       bounds%rounding = bounds%rounding + rounding*(abs(linear(0)) + magnitude)
       if (order == 0) then
          bounds%signal = bounds%value
@@ -125,7 +124,8 @@ contains
          call terms_at(self, t, phasor, response, slope)
          bounds%signal = bounds%signal + response
          bounds%signal_rounding = bounds%signal_rounding + rounding*(abs(response) + abs(self%factor) &
-            *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
+            *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order &
+            *(1.0_wp + self%terms%frequency*(self%from + t))))
       end if
    end subroutine find_bounds
 
@@ -229,6 +229,7 @@ contains
       first = order + self%order
       time = self%from + t
       columns = 0.0_wp
+      magnitude = 0.0_wp
       do i = 1, size(phasor)
          associate (w => self%terms%frequency(i))
             term = differentiate(self%factor*self%terms%harmonic(i)*phasor(i), w, first)
@@ -239,9 +240,10 @@ contains
             columns(bound_value) = columns(bound_value) + amplitude
             columns(bound_curvature) = columns(bound_curvature) + amplitude*w**2
             columns(bound_jerk) = columns(bound_jerk) + amplitude*w**3
+            ! the rounding error of the phase grows with time, that of other harmonics does not matter
+            magnitude = magnitude + amplitude*(1.0_wp + w*time)
          end associate
       end do
-      magnitude = columns(bound_value)
       do i = 1, self%terms%modes
          associate (weight => self%factor*self%terms%weight(i), of_rate => self%factor*self%terms%weight_of_rate(i), &
             mode => self%terms%mode(i))
@@ -253,7 +255,8 @@ contains
             columns(value_columns) = columns(value_columns) + weight*derivative(first:first + 2) &
                + of_rate*derivative(first + 1:first + 3)
             call bound_driven_mode(mode, time, bounds)
-            magnitude = magnitude + abs(weight)*bounds(first) + abs(of_rate)*bounds(first + 1)
+            magnitude = magnitude &
+               + (abs(weight)*bounds(first) + abs(of_rate)*bounds(first + 1))*(1.0_wp + mode%frequency*time)
             call bound_driven_mode(mode, self%from + self%until, bounds, time, derivative)
             columns(bound_columns) = columns(bound_columns) + abs(weight)*bounds(first + [0, 2, 3]) &
                + abs(of_rate)*bounds(first + [1, 3, 4])
