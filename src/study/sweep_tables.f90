@@ -112,9 +112,9 @@ contains
       do k = 1, size(plan%axes)
          if (.not. is_at_end(plan%axes(k), values(k))) cycle
          associate (parameter => plan%axes(k)%parameter)
-            write (unit, '(2x, a)') 'the best '//trim(parameter%name)//', '//with_unit(values(k), &
+            call print_line(unit, '', 'the best '//trim(parameter%name)//', '//with_unit(values(k), &
                scene_unit_of(units_in(scene), parameter%quantity)) &
-               //', is at an end of its range: better cases may lie beyond'
+               //', is at an end of its range: better cases may lie beyond', width=0)
          end associate
       end do
    end subroutine print_parameters_at_limits
@@ -138,8 +138,8 @@ contains
          call add_numbers(table, 'case', real(best%case(:best%count), wp), whole)
          call add_case_columns(table, scene, plan, best%values(:, :best%count), best%rows(measure, :best%count))
          call print_table(unit, table)
-         if (best%without_value > 0) write (unit, '(2x, a)') to_text(best%without_value)//' of the cases have no ' &
-            //name_in_results(measure_table(measure)%name)//', and none of them is in this table'
+         if (best%without_value > 0) call print_line(unit, '', to_text(best%without_value)//' of the cases have no ' &
+            //name_in_results(measure_table(measure)%name)//', and none of them is in this table', width=0)
       end associate
    end subroutine print_best
 
