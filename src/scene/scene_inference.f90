@@ -26,6 +26,8 @@ module scene_inference
 
    !> Names of the groups, in the order of the reference and of the echo.
    character(*), parameter :: inference_names(*) = [character(name_length) :: 'sensitivity', 'fit', 'uncertainty']
+   !> The complaint about a method whose results do not change smoothly with parameters
+   character(*), parameter :: not_smooth = "needs method = 'exact', whose motion changes smoothly with its parameters"
 
 contains
 
@@ -179,6 +181,11 @@ contains
          if (.not. allocated(sensitivity%parameters)) then
             call input%complain(group, '', "needs parameters, such as parameters = 'restitution', 'zeta'")
             return
+         else if (scene%response%method /= method_exact .and. scene%has_contacts()) then
+            ! Newmark's steps find contacts at dyadic fractions of a step, so the differences of measures are those of a
+            ! motion whose events stay at their instants
+            call input%complain(group, '', not_smooth)
+            return
          end if
          associate (parameters => sensitivity%parameters)
             if (allocated(sensitivity%values)) deallocate (sensitivity%values)
@@ -277,7 +284,7 @@ contains
          else if (fit%start >= fit%end) then
             call input%complain(group, 'start end', 'no part of the signal is between start and end')
          else if (scene%response%method /= method_exact) then
-            call input%complain(group, '', "needs method = 'exact', whose motion changes smoothly with its parameters")
+            call input%complain(group, '', not_smooth)
          else if (sweep%design /= design_latin_hypercube) then
             call input%complain('sweep', 'design', "must be 'latin_hypercube' for &fit: its cases are the starts")
          end if
