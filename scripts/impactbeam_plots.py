@@ -95,6 +95,12 @@ def group_of(file, name, request):
     return file[name]
 
 
+def cases_that_ran(group):
+    """The numbers of the cases of &cases that did not fail."""
+    numbers = range(1, len(group[text_of(group.attrs["parameter"])]) + 1)
+    return [number for number in numbers if "failure_reason" not in group[f"case_{number}"].attrs]
+
+
 def text_of(value):
     """A text of the file."""
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

@@ -72,9 +72,8 @@ class Cases:
             self.name = path.stem
             self.title = plots.title_of(file)
             self.parameter = plots.text_of(group.attrs["parameter"])
-            count = len(group[self.parameter])
             unit = plots.text_of(group[self.parameter].attrs["units"])
-            self.cases = [Case(group[f"case_{number + 1}"], self.parameter, unit if unit != "1" else "") for number in range(count)]
+            self.cases = [Case(group[f"case_{number}"], self.parameter, unit if unit != "1" else "") for number in plots.cases_that_ran(group)]
 
 
 def draw_cases(cases):

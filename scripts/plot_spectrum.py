@@ -93,10 +93,11 @@ class Map:
     def read_cases(self, path, group, name):
         """Each case has its own group."""
         self.parameter = plots.text_of(group.attrs["parameter"])
-        self.values = group[self.parameter][()]
+        numbers = plots.cases_that_ran(group)
+        self.values = group[self.parameter][()][np.array(numbers) - 1]
         self.value_unit = plots.text_of(group[self.parameter].attrs["units"])
         self.partners = {}
-        spectra = [plots.group_of(group[f"case_{number}"], "spectrum", "&spectrum") for number in range(1, len(self.values) + 1)]
+        spectra = [plots.group_of(group[f"case_{number}"], "spectrum", "&spectrum") for number in numbers]
         self.name = chosen(path, spectra[0], [name] if name else None)[0]
         self.frequency, self.unit = plots.values_of(spectra[0], "omega"), plots.unit_of(spectra[0], "omega")
         rows = [np.interp(self.frequency, plots.values_of(one, "omega"), one[f"amplitude_{self.name}"][()]) for one in spectra]

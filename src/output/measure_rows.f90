@@ -66,7 +66,8 @@ contains
          if (names(i) == '') cycle
          if ((measure_table(i)%group /= '' .or. any(i == [measure_force, measure_mean_force])) .and. &
             all(ieee_is_nan(rows(i, :)))) cycle
-         if (measure_table(i)%is_whole) then
+         ! a case that failed has no number, which only real numbers can express
+         if (measure_table(i)%is_whole .and. .not. any(ieee_is_nan(rows(i, :)))) then
             call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else
             call group%put(trim(names(i)), [rows(i, :)], measure_table(i)%quantity, measure_table(i)%meaning, along)

@@ -264,6 +264,8 @@ contains
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)
          table%columns(2)%numbers(i) = file%number_attribute('value', group)
+         ! the case has failed
+         if (.not. file%has(group//'/measures')) cycle
          call read_flat(file, group//'/measures', 0, row)
          do k = 1, size(row%columns)
             if (.not. allocated(row%columns(k)%numbers)) cycle

@@ -50,6 +50,10 @@ module case_runs
       type(response_t) :: response
       !> Analyses of the run with their results
       type(analysed_t), allocatable :: analysed(:)
+      !> Whether the case has run; if not, the other components but `reason` are not set
+      logical :: has_run = .false.
+      !> Reason of the failure, if the case has not run
+      character(:), allocatable :: reason
    end type case_t
 
    abstract interface
@@ -170,17 +174,18 @@ contains
       if (.not. allocated(error)) call run_case(runner, response, analysed, error, sets, selection)
    end subroutine run_next
 
-   !> Run all cases of a scene, in the order of the values.
+   !> Run all cases of a scene, in the order of the values. A case that fails does not end the others.
    subroutine run_cases(scene, cases, error)
       !> A scene with &cases
       type(scene_t), intent(in) :: scene
       type(case_t), allocatable, intent(out) :: cases(:)
-      !> Set if a run fails
+      !> Set if all cases fail
       type(failure_t), allocatable, intent(out) :: error
 
       ! allocated, because the type is large
       type(runner_t), allocatable :: runner
       type(set_store_t) :: sets
+      type(failure_t), allocatable :: failure
       integer :: i
 
       allocate (runner)
@@ -188,15 +193,18 @@ contains
          call start_runner(scene, scene%output, [parameter], [minval(values)], [maxval(values)], runner)
          allocate (cases(size(values)))
          do i = 1, size(cases)
-            call run_next(runner, [values(i)], cases(i)%response, cases(i)%analysed, error, sets)
-            if (allocated(error)) then
-               error%message = trim(parameter%name)//' = '//to_text(values(i))//': '//error%message
-               return
+            call run_next(runner, [values(i)], cases(i)%response, cases(i)%analysed, failure, sets)
+            cases(i)%has_run = .not. allocated(failure)
+            if (allocated(failure)) then
+               cases(i)%reason = trim(parameter%name)//' = '//to_text(values(i))//': '//failure%message
+               cycle
             end if
             cases(i)%scene = runner%scene
             allocate (cases(i)%node_position, source=runner%beam%model%mesh%position)
          end do
       end associate
+      if (.not. any(cases%has_run)) call fail(error, status_run_failed, 'all '//to_text(size(cases)) &
+         //' cases failed, '//cases(1)%reason)
    end subroutine run_cases
 
 end module case_runs

@@ -46,27 +46,33 @@ contains
       !> A scene with &cases
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set if a run fails or the file cannot be written
+      !> Set if all runs fail or the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_t), allocatable :: cases(:)
       type(mesh_errors_t), allocatable :: errors
+      ! numbers of the cases that have run
+      integer, allocatable :: done(:)
       integer :: i, k, first
 
       if (.not. job%quiet) call start_progress(job%label)
       call run_cases(scene, cases, error)
+      allocate (done, source=pack([(i, i=1, size(cases))], cases%has_run))
       if (scene%mesh%estimate .and. .not. allocated(error)) then
          allocate (errors)
-         call estimate_cases(cases(sample_cases(size(cases)))%scene, sample_cases(size(cases)), errors)
+         associate (sample => done(sample_cases(size(done))))
+            call estimate_cases(cases(sample)%scene, sample, errors)
+         end associate
       end if
       call stop_progress()
       if (allocated(error)) return
       call write_cases(job%folder, scene, cases, error, errors)
       if (allocated(error) .or. job%quiet) return
-      call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
+      call print_model(job%unit, cases(done(1))%scene, cases(done(1))%node_position)
       call print_mesh(job%unit, scene%mesh%found, units_in(scene))
       call print_cases(job%unit, scene, cases)
       do i = 1, size(cases)
+         if (.not. cases(i)%has_run) call print_line(job%unit, '', 'failed: '//cases(i)%reason, width=0)
          if (.not. allocated(cases(i)%scene%warnings)) cycle
          first = size(cases(i)%scene%warnings) + 1
          call warn_of_run(cases(i)%scene, cases(i)%response)
@@ -93,7 +99,6 @@ contains
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
       type(quantity_group_t) :: root, group, case_group
       character(:), allocatable :: name
-      real(wp) :: rows(measure_count, size(cases))
       integer :: i
 
       name = trim(scene%cases%parameter%name)
@@ -104,12 +109,14 @@ contains
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
       call group%add(name, scene%cases%list, group%scene_unit(scene%cases%parameter%quantity), &
          trim(scene%cases%parameter%meaning), is_scale=.true.)
-      do i = 1, size(cases)
-         rows(:, i) = row_in_units(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
-      end do
-      call write_measure_lists(group, measure_table%run_name, rows, name)
+      call write_measure_lists(group, measure_table%run_name, rows_of(cases), name)
       do i = 1, size(cases)
          case_group = group%subgroup('case_'//to_text(i))
+         if (.not. cases(i)%has_run) then
+            call case_group%attribute('value', scene%cases%list(i))
+            call case_group%attribute('failure_reason', cases(i)%reason)
+            cycle
+         end if
          case_group%units = units_in(cases(i)%scene)
          case_group%scales_values = .true.
          call case_group%attribute('value', scene%cases%list(i))
@@ -119,6 +126,19 @@ contains
       if (present(errors)) call write_mesh_errors(root%subgroup('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
+
+   !> Measures of each case in the units of its scene; those of a case that failed are NaN.
+   function rows_of(cases) result(rows)
+      type(case_t), intent(in) :: cases(:)
+      real(wp) :: rows(measure_count, size(cases))
+
+      integer :: i
+
+      rows = ieee_value(1.0_wp, ieee_quiet_nan)
+      do i = 1, size(cases)
+         if (cases(i)%has_run) rows(:, i) = row_in_units(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
+      end do
+   end function rows_of
 
    !> Print one line for each case: value of the parameter, measures, highest rebound.
    subroutine print_cases(unit, scene, cases)
@@ -136,16 +156,18 @@ contains
       ! printed
       units = units_in(scene)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
+      rows = rows_of(cases)
       do i = 1, size(cases)
+         if (.not. cases(i)%has_run) cycle
          associate (case_units => units_in(cases(i)%scene), measures => cases(i)%response%measures)
-            rows(:, i) = row_in_units(case_units, row_of(measures))
             if (size(measures%peak_eta) > 0) highest(:, i) = maxval(measures%peak_eta)
             highest(:, i) = row_in_units(case_units, highest(:, i))
          end associate
       end do
       associate (parameter => scene%cases%parameter)
-         write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
-            trim(parameter%name)
+         words = 'one of '
+         if (cases(1)%has_run) words = 'the first of '
+         write (unit, '(2x, a, /)') words//to_text(size(cases))//' cases; in the others another '//trim(parameter%name)
          heading = trim(parameter%name)
          if (parameter%quantity /= '') heading = heading//', '//scene_unit_of(units, parameter%quantity)
          call add_numbers(table, heading, scene%cases%list, all_digits)
