@@ -180,8 +180,7 @@ contains
       end if
       if (scene%wants_spectrum) then
          maps = root%subgroup('sweep_spectrum')
-         if (.not. sweep%scales_values) maps = maps%unscaled(scales_vary=.true.)
-         call make_spectra(maps, scene, plan%cases, spectra)
+         call make_spectra(maps, scene, plan%cases, .not. sweep%scales_values, spectra)
       end if
       call write_rows(sweep, plan, scene%has_group(measure_table%group), spectra, error)
       if (plan%is_grid .and. .not. plan%goes_back) then

@@ -67,11 +67,14 @@ contains
    end subroutine record_spectra
 
    !> Make the group of the results file, with datasets for all cases.
-   subroutine make_spectra(group, scene, cases, columns)
+   subroutine make_spectra(group, scene, cases, scales_vary, columns)
       !> The group, still empty
-      type(quantity_group_t), intent(in) :: group
+      type(quantity_group_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: cases
+      !> Whether the cases differ in their scales; that of the frequencies is the same for all, because lengths, section
+      !> and material of the beam do not vary
+      logical, intent(in) :: scales_vary
       type(spectra_columns_t), intent(out) :: columns
 
       real(wp), allocatable :: frequency(:)
@@ -79,6 +82,7 @@ contains
 
       allocate (frequency, source=frequencies_of(scene))
       call group%put('omega', frequency, 'frequency', '{omega over omega1~frequency}', is_scale=.true.)
+      if (scales_vary) group = group%unscaled(scales_vary)
       call group%put('case', [(i, i=1, cases)], 'number of the case', is_scale=.true.)
       allocate (columns%amplitude(size(scene%spectrum%of)))
       do k = 1, size(columns%amplitude)
