@@ -17,7 +17,7 @@ module spectrum_analysis
    use spectrum_settings, only: signal_table, window_hann, window_names
    use spectrum_types, only: amplitudes_of, run_spectrum_t
    use student, only: student_quantile
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private
    public :: spectrum_analysis_t
@@ -194,9 +194,9 @@ contains
                call add_numbers(table, 'amplitude', factor(signal%quantity)*lines%amplitude, six_digits, &
                   unit_in(units, trim(signal%quantity)))
                call add_numbers(table, 'density'//in_unit(signal%density), factor(signal%density) &
-                  *self%density(lines%place, k), with_exponent)
+                  *self%density(lines%place, k), two_digits)
                if (run%segments > 1) call add_numbers(table, '+-', factor(signal%density) &
-                  *self%half_width(lines%place, k), with_exponent)
+                  *self%half_width(lines%place, k), two_digits)
                if (size(self%load) > 0) call add_texts(table, 'times a load', orders)
                call print_table(unit, table)
                deallocate (orders)

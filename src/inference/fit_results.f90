@@ -12,7 +12,7 @@ module fit_results
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_plan, only: plan_t
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private
    public :: fit_t, write_fit, print_fit, significance, smallest_share
@@ -167,7 +167,7 @@ contains
       write (unit, '()')
       call add_texts(table, 'parameter', fit%names)
       call add_numbers(table, 'estimate', fit%values, six_digits)
-      call add_numbers(table, '95 % within', fit%certainty%half_width, with_exponent)
+      call add_numbers(table, '95 % within', fit%certainty%half_width, two_digits)
       if (any(fit%units /= '1')) call add_texts(table, 'unit', fit%units)
       call add_numbers(table, 'from', fit%minimum, six_digits)
       call add_numbers(table, 'to', fit%maximum, six_digits)

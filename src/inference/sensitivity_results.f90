@@ -11,7 +11,7 @@ module sensitivity_results
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private
    public :: sensitivity_t, write_sensitivity, print_sensitivity
@@ -157,7 +157,7 @@ contains
                call add_texts(table, 'parameter', settings%parameters%name)
                texts(:) = [(unit_of_pair(units, measures(i), settings%parameters(k)%quantity), k=1, size(derivative))]
                call add_numbers(table, 'derivative', derivative%value, six_digits)
-               call add_numbers(table, 'its error', derivative%error, with_exponent)
+               call add_numbers(table, 'its error', derivative%error, two_digits)
                if (any(texts /= '1')) call add_texts(table, 'unit', texts)
                call add_numbers(table, 'percent a percent', elasticities(derivative, settings%values, &
                   sensitivity%measured(i)), six_digits)

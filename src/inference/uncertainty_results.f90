@@ -8,7 +8,7 @@ module uncertainty_results
    use reader_units, only: unit_in
    use sample_statistics, only: sample_t
    use sweep_file, only: summary_t
-   use table_columns, only: add_numbers, add_texts, print_table, six_digits, table_t, whole, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_table, six_digits, table_t, whole, two_digits
    implicit none (type, external)
    private
    public :: uncertainty_t, print_uncertainty
@@ -92,9 +92,9 @@ contains
       if (any(measured_in /= '')) call add_texts(table, 'unit', measured_in)
       call add_numbers(table, 'cases', real(uncertainty%samples%count, wp), whole)
       call add_numbers(table, 'mean', uncertainty%samples%mean, six_digits)
-      call add_numbers(table, '95 % within', uncertainty%samples%mean_error, with_exponent)
+      call add_numbers(table, '95 % within', uncertainty%samples%mean_error, two_digits)
       call add_numbers(table, 'standard deviation', uncertainty%samples%deviation, six_digits)
-      call add_numbers(table, '95 % within', uncertainty%samples%deviation_error, with_exponent)
+      call add_numbers(table, '95 % within', uncertainty%samples%deviation_error, two_digits)
       do k = 1, size(uncertainty%probabilities)
          quantiles = [(uncertainty%samples(i)%quantile(k), i=1, size(names))]
          call add_numbers(table, rounded(100.0_wp*uncertainty%probabilities(k))//' % below', quantiles, six_digits)

@@ -7,7 +7,7 @@ module frequency_tables
    use quantities, only: quantity_named, unit_of, units_t
    use reader_units, only: choose_prefix
    use scene_words, only: elements_in_words
-   use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t
+   use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t, with_two_digits
    implicit none (type, external)
    private
    public :: print_frequency_table
@@ -127,8 +127,9 @@ contains
 
       integer :: i
 
-      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-         table%quality%mass_orthogonality, ', in K to ', table%quality%stiffness_orthogonality
+      if (allocated(table%shape)) write (unit, '(/, 2x, a)') 'mode shapes: orthogonal in M to ' &
+         //with_two_digits(table%quality%mass_orthogonality)//', in K to ' &
+         //with_two_digits(table%quality%stiffness_orthogonality)
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
             if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &

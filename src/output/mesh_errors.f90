@@ -8,7 +8,7 @@ module mesh_errors
    use quantities, only: name_in_results, units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: choose_prefix, phrase, unit_in
-   use table_columns, only: add_numbers, add_texts, print_table, table_t, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_table, table_t, two_digits
    implicit none (type, external)
    private
    public :: mesh_errors_t, estimate_mesh_error, write_mesh_errors, print_mesh_errors
@@ -137,12 +137,12 @@ contains
          write (unit, '(/, 2x, a)') 'Discretisation error, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
          call add_numbers(table, 'value', factors(shown)*errors%row(shown, 1), 6)
-         call add_numbers(table, 'error', max_error(shown), with_exponent, none='does not converge')
+         call add_numbers(table, 'error', max_error(shown), two_digits, none='does not converge')
          call add_numbers(table, 'order', errors%order(shown, 1), 1)
       else
          write (unit, '(/, 2x, a)') 'Discretisation error in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         call add_numbers(table, 'maximum error', max_error(shown), with_exponent, none='none')
+         call add_numbers(table, 'maximum error', max_error(shown), two_digits, none='none')
          call add_texts(table, 'converged', estimated(shown))
       end if
       call print_table(unit, table)

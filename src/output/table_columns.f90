@@ -10,7 +10,7 @@ module table_columns
    implicit none (type, external)
    private
    public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
-   public :: whole, six_digits, two_digits, with_exponent, percent, all_digits, with_two_digits
+   public :: whole, six_digits, two_digits, percent, all_digits, with_two_digits
 
    character, parameter :: line_end = new_line('a')
    !> Maximum length of the text in a cell.
@@ -28,15 +28,13 @@ module table_columns
    integer, parameter :: whole = 0
    !> Format: at most six digits.
    integer, parameter :: six_digits = -1
-   !> Format: two digits and an exponent.
-   integer, parameter :: with_exponent = -2
-   !> Format: an error in percent with four decimals, or with two digits and an exponent if the error is small.
-   integer, parameter :: percent = -3
+   !> Format: an error in percent with four decimals, or with two digits if the error is small.
+   integer, parameter :: percent = -2
    !> Format: all digits.
-   integer, parameter :: all_digits = -4
+   integer, parameter :: all_digits = -3
    !> Format: two digits.
-   integer, parameter :: two_digits = -5
-   !> Errors in percent below this are written with an exponent.
+   integer, parameter :: two_digits = -4
+   !> Errors in percent below this are written with two digits.
    real(wp), parameter :: min_decimal_error = 0.001_wp
 
    !> A column of numbers or of texts.
@@ -304,8 +302,6 @@ contains
       integer, intent(in) :: row
       character(:), allocatable :: text
 
-      character(9) :: buffer
-
       if (allocated(column%texts)) then
          text = trim(column%texts(row))
          return
@@ -319,13 +315,10 @@ contains
             text = rounded(number)
          else if (digits == all_digits) then
             text = to_text(number)
-         else if (digits == two_digits) then
-            text = with_two_digits(number)
          else if (digits == percent .and. (abs(number) >= min_decimal_error .or. abs(number) <= 0.0_wp)) then
             text = with_decimals(number, 4)
          else if (digits < 0) then
-            write (buffer, '(es9.1e2)') number
-            text = trim(adjustl(buffer))
+            text = with_two_digits(number)
          else
             text = with_decimals(number, digits)
          end if
