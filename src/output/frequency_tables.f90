@@ -7,7 +7,8 @@ module frequency_tables
    use quantities, only: quantity_named, unit_of, units_t
    use reader_units, only: choose_prefix
    use scene_words, only: elements_in_words
-   use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t, with_two_digits
+   use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t, &
+      with_two_digits
    implicit none (type, external)
    private
    public :: print_frequency_table
