@@ -187,8 +187,11 @@ contains
       logical :: is_known
 
       allocate (stops, source=stops_of(settings))
-      is_known = settings%response%mode_count == 0 .and. all(stops%partner == 0) .and. any(settings%start%kind == &
+      is_known = settings%response%mode_count == 0 .and. any(settings%start%kind == &
          [start_release, start_rest, start_velocity, start_drop])
+      ! an undeformed beam at rest is so in any number of modes, and compliant contacts may be more than modes
+      is_known = is_known .or. (settings%start%kind == start_rest .and. .not. any(is_rigid(stops)))
+      is_known = is_known .and. all(stops%partner == 0)
       if (is_known .or. .not. settings%has_stop .or. has_one_contact(settings, size(model%supports))) return
       if (settings%response%mode_count == 0 .and. number_of_modes(model) > max_modes) return
       start = settings
