@@ -102,7 +102,7 @@ contains
       ! if node n - 1 is moved to the stop, the last element gets the length 1 - stop_position, and its neighbour begins
       ! at node n - 2; if another node is moved, the last element is long enough and the test is true
       if (1.0_wp - stop_position >= min_relative_length*(stop_position - mesh%position(max(0, elements - 2)))) then
-         call place_stop_node(mesh, stop_position, error)
+         call place_stop_node(mesh, stop_position)
       end if
       mesh%redistributed_node = mesh%stop_node
    end subroutine make_mesh
@@ -273,13 +273,11 @@ contains
    end subroutine place_node_at
 
    !> Move the nearest interior node to the stop; split the element of a mesh that has only one element.
-   pure subroutine place_stop_node(mesh, stop_position, error)
+   pure subroutine place_stop_node(mesh, stop_position)
       !> Mesh to be changed
       type(mesh_t), intent(inout) :: mesh
       !> Position Lc/L of the stop, in (0, 1)
       real(wp), intent(in) :: stop_position
-      !> Set if the stop is too close to a neighbouring node for an element between them
-      type(failure_t), allocatable, intent(inout) :: error
 
       integer :: node
 
@@ -295,10 +293,6 @@ contains
          end if
       end if
       mesh%stop_node = node
-      if (minval(mesh%length) <= 0.0_wp) then
-         call fail(error, status_bad_input, 'the stop is too near to the next node for an element between them')
-         return
-      end if
       call compute_positions(mesh)
    end subroutine place_stop_node
 

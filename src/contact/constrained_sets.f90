@@ -140,8 +140,8 @@ contains
       integer, intent(in) :: closed(:)
       !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
-      !> From `carriers_among`; default none
-      integer, intent(in), optional :: carriers(:)
+      !> From `carriers_among`
+      integer, intent(in) :: carriers(:)
 
       ! the modes with one constraint more as combinations of the modes before, [modes before, modes after]
       real(wp), allocatable :: change(:, :)
@@ -152,8 +152,7 @@ contains
       integer :: i, k
 
       set%closed = closed
-      allocate (set%carriers(0))
-      if (present(carriers)) set%carriers = carriers
+      set%carriers = carriers
       allocate (square, source=beam%oscillators%square)
       mass_rate = beam%oscillators%mass_rate(:size(square))
       set%value = beam%value

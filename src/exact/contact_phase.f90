@@ -202,13 +202,12 @@ contains
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
       !> Displacement and velocity of a massless node at the release contact, relative to the modes
-      real(wp), optional, intent(out) :: node(2)
+      real(wp), intent(out) :: node(2)
 
       real(wp), dimension(size(self%now%z)) :: z, rate
 
       call find_state(self%now, time, z, rate)
       call to_free_state(self%now, z, rate, q, v)
-      if (.not. present(node)) return
       node = 0.0_wp
       if (self%now%release_contact == 0) return
       associate (state => self%now%states(self%now%release_contact), value => self%now%beam%value(:, &

@@ -371,7 +371,7 @@ contains
 
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response, &
-         is_driven=has_loads(settings), points=model%points)
+         has_loads(settings), model%points)
       call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
       if (present(carried)) then

@@ -57,17 +57,15 @@ contains
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       !> Rate of the gap, from which the force of a compliant contact follows at time 0: with stiff dampers the sum of
-      !> the terms would lose digits. Absent: the sum is used at time 0, too
-      real(wp), intent(in), optional :: rate
+      !> the terms would lose digits
+      real(wp), intent(in) :: rate
 
       real(wp) :: driven(3)
       integer :: place
 
-      if (present(rate) .and. .not. time > 0.0_wp) then
-         if (.not. now%states(k)%is_rigid) then
-            force = force_in(now%states(k), rate)
-            return
-         end if
+      if (.not. (time > 0.0_wp .or. now%states(k)%is_rigid)) then
+         force = force_in(now%states(k), rate)
+         return
       end if
       associate (set => now%set, constrained => now%set%constrained)
          driven = load_response_of(now, k, time)

@@ -4,8 +4,7 @@
 !> rigid supports act by a projection. On very uneven meshes this is more accurate than a factorised stiffness matrix,
 !> which on such meshes may not even have positive pivots.
 module static_shapes
-   use beam_model, only: beam_model_t, is_mechanism
-   use failures, only: fail, failure_t, status_run_failed
+   use beam_model, only: beam_model_t
    use kinds, only: wp
    use support_coordinates, only: displace, displace_transposed, supported_beam_t, make_supported_beam
    implicit none (type, external)
@@ -14,19 +13,13 @@ module static_shapes
 
 contains
 
-   !> Prepare a beam on its supports for static forces.
-   pure subroutine make_elastic_beam(model, beam, error)
+   !> Prepare a beam on its supports, which cannot move without strain, for static forces.
+   pure subroutine make_elastic_beam(model, beam)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(out) :: beam
-      !> Set if the beam can move without strain
-      type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: elastic
 
-      if (is_mechanism(model)) then
-         call fail(error, status_run_failed, 'the beam turns about its root, and nothing holds it')
-         return
-      end if
       ! in statics a massless node is like any other
       elastic = model
       elastic%has_massless_node = .false.

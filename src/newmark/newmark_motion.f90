@@ -86,8 +86,7 @@ contains
       run%records_shapes = allocated(response%shape_tau)
       run%root_dofs = model%root_dofs
       response%initial_energy = run%start_energy
-      if (settings%output%measures) call start_measures(model, settings, run, error)
-      if (allocated(error)) return
+      if (settings%output%measures) call start_measures(model, settings, run)
       if (run%records_shapes) call shapes_in_step(run, 0.0_wp, response)
       call begin(is_continued, run, response)
       if (.not. allocated(run%error)) call take_sample(run, response)
@@ -437,12 +436,10 @@ contains
    end subroutine check_energy
 
    !> Prepare the measures of each contact, which refer to the contact forces and the energy at static equilibrium.
-   subroutine start_measures(model, settings, run, error)
+   subroutine start_measures(model, settings, run)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
-      !> Set if the static equilibrium is not found
-      type(failure_t), allocatable, intent(out) :: error
 
       ! the model of the run
       type(beam_model_t) :: whole
@@ -463,9 +460,8 @@ contains
          else if (allocated(run%modes)) then
             call find_rest_in_modes(run%beam, run%contacts%contact, run%contacts%status /= is_inactive, forces, energy)
          else
-            call find_static_rest(whole, run%contacts%contact, forces, energy, error)
+            call find_static_rest(whole, run%contacts%contact, forces, energy)
          end if
-         if (allocated(error)) return
       end if
       call open_measures(settings, run%release_contact, [(allocated(run%contacts(k)%stop), k=1, size(forces))], &
          run%start_energy, forces, energy, run%observers%measures)

@@ -253,13 +253,9 @@ contains
       integer :: k
 
       allocate (response%statistics)
-      if (allocated(response%contacts)) then
-         associate (contacts => response%contacts)
-            call finish_blocks(blocks, response%statistics, contacts%owner)
-         end associate
-      else
-         call finish_blocks(blocks, response%statistics)
-      end if
+      associate (contacts => response%contacts)
+         call finish_blocks(blocks, response%statistics, contacts%owner)
+      end associate
       if (.not. allocated(response%measures)) return
       if (allocated(response%statistics%of_stop)) then
          associate (of_stop => response%statistics%of_stop)
@@ -277,8 +273,8 @@ contains
    subroutine finish_blocks(blocks, statistics, owner)
       type(block_sums_t), intent(inout) :: blocks
       type(run_statistics_t), intent(out) :: statistics
-      !> Index in `measured_groups` of the stop or body of each contact, 0: none; absent: there is one
-      integer, intent(in), optional :: owner(:)
+      !> Index in `measured_groups` of the stop or body of each contact, 0: none
+      integer, intent(in) :: owner(:)
 
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, minimum_tip, maximum_tip, &
          sum_square_tip_acceleration, minimum_tip_acceleration, maximum_tip_acceleration]
@@ -327,7 +323,6 @@ contains
          end do
          call gather_contacts(blocks, [(.true., k=1, contacts)], blocks%release_contact, quantile, &
             statistics%value(:, 0), statistics%half_width(:, 0), statistics%in_block(:, :, 0))
-         if (.not. present(owner)) return
          if (contacts == 0) return
          if (all(owner == owner(1))) return
          allocate (statistics%of_stop(statistic_count, maxval(owner)), source=ieee_value(1.0_wp, ieee_quiet_nan))

@@ -28,10 +28,10 @@ contains
       real(wp), intent(in) :: step
       !> The response; receives arrays for histories, [samples + 1], and shapes
       type(response_t), intent(inout) :: response
-      !> Whether loads act on the beam, so that their work is recorded; default false
-      logical, intent(in), optional :: is_driven
-      !> Recorded points of the model; absent: there are none
-      type(recorded_point_t), intent(in), optional :: points(:)
+      !> Whether loads act on the beam, so that their work is recorded
+      logical, intent(in) :: is_driven
+      !> Recorded points of the model
+      type(recorded_point_t), intent(in) :: points(:)
 
       integer :: i, shapes
 
@@ -42,16 +42,14 @@ contains
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
          end do
-         if (present(points)) call open_point_records(points, settings, n, response)
+         call open_point_records(points, settings, n, response)
          if (settings%energy) then
             allocate (response%energy)
             associate (energy => response%energy)
                allocate (energy%kinetic(n), energy%strain(n), energy%stop(n), energy%dissipated_beam(n), &
                   energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
             end associate
-            if (present(is_driven)) then
-               if (is_driven) allocate (response%energy%work(n), source=0.0_wp)
-            end if
+            if (is_driven) allocate (response%energy%work(n), source=0.0_wp)
          end if
          call find_instants(settings, real(samples, wp)*step, response%shape_tau)
          if (.not. allocated(response%shape_tau)) return
