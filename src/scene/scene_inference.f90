@@ -291,8 +291,6 @@ contains
          do k = 1, size(sweep%swept)
             if (.not. is_swept(sweep%swept(k)) .or. input%has_problem()) cycle
             associate (parameter => sweep%swept(k)%parameter)
-               if (parameter%is_whole) call input%complain('sweep', trim(parameter%name), &
-                  'is a whole number, which &fit cannot find')
                if (parameter%name_in_group(:8) == 'duration' .and. parameter%group == 'response') call input%complain( &
                   'sweep', trim(parameter%name)//'_range '//trim(parameter%name)//'_log_range', &
                   'is no parameter that &fit could find')
