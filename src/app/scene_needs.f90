@@ -1,8 +1,8 @@
 !> The memory that a scene of the program `impactbeam` needs, summed from estimates for its beams, modes, histories,
 !> tables and sweeps.
 module scene_needs
-   use auto_solver, only: uses_lanczos
    use few_modes, only: common_count, takes_few_modes
+   use frequency_study, only: uses_lanczos
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: is_in_mode, time_course_t

@@ -44,16 +44,9 @@ contains
       real(wp) :: limit
       ! a step that needs more parts than this is taken for an error of the user
       real(wp), parameter :: max_parts = 1.0e6_wp
-      character(24) :: gamma_text
       character(:), allocatable :: remedy
 
       steps_per_sample = 1
-      if (settings%newmark_gamma < 0.5_wp) then
-         write (gamma_text, '(f24.4)') settings%newmark_gamma
-         call fail(error, status_bad_input, 'newmark_gamma must be at least 1/2: with '//trim(adjustl(gamma_text))// &
-            ' every step would feed energy into the motion')
-         return
-      end if
       if (is_unconditionally_stable(settings%newmark_beta, settings%newmark_gamma)) return
       call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (allocated(error)) return
