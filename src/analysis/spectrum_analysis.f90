@@ -103,7 +103,6 @@ contains
             call group%put_attribute('sample_step', run%step, 'time')
          end if
          call group%attribute('half_widths', '95 % by the t distribution over the segments')
-         if (run%segments == 0) return
          call group%put('omega', run%frequency, 'frequency', '{omega over omega1~frequency}', is_scale=.true.)
          if (size(self%load) > 0) call group%put('load_omega', self%load, 'frequency', &
             '{omega over omega1~frequency} of each harmonic load')
@@ -171,7 +170,6 @@ contains
       associate (run => self%run)
          write (unit, '(/, 2x, a)') 'spectra of '//to_text(run%segments)//' segments'//phrase(units, &
             ' of {tau~t} = ', 'time', run%length)//', '//trim(window_names(self%window))//' window, '//method_of(run)
-         if (run%segments == 0) return
          if (size(run%frequency) > 1) then
             if (run%frequency(2) - run%frequency(1) > line_width(run%length)*(1.0_wp + 1.0e-9_wp)) call &
                print_line(unit, 'warning', 'the frequencies are farther apart than a line is wide, 1 over the ' &
@@ -234,7 +232,6 @@ contains
       type(line_t), allocatable :: lines(:)
       integer :: k, measure
 
-      if (self%run%segments == 0) return
       do k = 1, size(self%run%of)
          call find_lines(self%run%frequency, self%amplitude(:, k), self%run%length, self%window, self%load, lines)
          if (size(lines) == 0) cycle

@@ -385,7 +385,6 @@ contains
       do while (.not. (is_last .or. allocated(motion%error)))
          call advance(phase, settings%response, standstill, motion, response, is_last)
       end do
-      response%ends_in_contact = any(phase%now%states%is_closed)
       response%factorisations = motion%eigenproblems
       if (allocated(motion%error)) then
          call move_alloc(motion%error, error)

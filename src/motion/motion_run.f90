@@ -18,7 +18,6 @@ module motion_run
    use response_types, only: mode_check_t, response_t
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact, method_newmark, moves_in_modes, &
       output_settings_t, run_settings_t, stop_settings_t, stops_of
-   use section_records, only: check_period
    use section_types, only: section_state_t
    use static_states, only: find_static_start
    use stop_contacts, only: contact_t, contacts_of, has_one_contact
@@ -51,7 +50,6 @@ contains
       type(section_state_t), intent(inout), optional :: carried
 
       call check_beam(model, settings, error)
-      if (.not. allocated(error)) call check_period(settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)

@@ -26,7 +26,7 @@ module newmark_motion
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_modes, only: make_modal_model
    use newmark_moments, only: moments_now, start_moments
-   use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, no_rejection, &
+   use newmark_run, only: energy_left, instant_of, is_inactive, level_of, no_rejection, &
       newmark_run_t, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_start, only: begin_at_contacts, make_start
@@ -172,7 +172,6 @@ contains
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      response%ends_in_contact = any(run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
       associate (balance => run%energy_balance, measures => run%observers%measures)
          if (measures%is_wanted) measures%of(run%release_contact)%measures%final_energy = energy_left(run)

@@ -367,8 +367,6 @@ module response_types
       real(wp), allocatable :: shape_slope_velocity(:, :)
       !> Energy at the start
       real(wp) :: initial_energy = 0.0_wp
-      !> Whether a contact is closed at the end of the run
-      logical :: ends_in_contact = .false.
       !> Number of steps taken (newmark) or of modal sums evaluated (exact)
       integer(i8) :: evaluations = 0_i8
       !> Number of rejected steps (newmark)

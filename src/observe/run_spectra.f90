@@ -139,7 +139,7 @@ contains
 
       start = interval%start - sums%start
       if (.not. interval%length > 0.0_wp) return
-      if (start + interval%length <= 0.0_wp .or. sums%windows%halves == 0) return
+      if (start + interval%length <= 0.0_wp) return
       if (start >= sums%windows%half*real(sums%windows%halves, wp)) return
       call find_signals(interval, sums, signals)
       call add_jumps(max(start, 0.0_wp), start >= 0.0_wp, interval%length, signals, sums)
@@ -337,7 +337,6 @@ contains
 
       integer :: samples
 
-      if (sums%windows%halves == 0) return
       associate (windows => sums%windows)
          ! an even number of steps, so that every second sample is a trapezoidal rule, too
          samples = 2*ceiling(0.5_wp*max(real(min_samples, wp), samples_per_period*maxval(abs(windows%omega)) &
@@ -492,7 +491,7 @@ contains
       type(spectrum_sums_t), intent(inout) :: sums
       type(run_spectrum_t), allocatable, intent(out) :: spectrum
 
-      if (sums%windows%halves > 0 .and. sums%half_index == sums%windows%halves - 1) call end_half(sums)
+      if (sums%half_index == sums%windows%halves - 1) call end_half(sums)
       allocate (spectrum)
       spectrum = sums%result
    end subroutine finish_spectrum

@@ -3,7 +3,6 @@
 !> of the motion, impacts per period, and the Lyapunov exponent (docs/theory.md, section 21).
 module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, output_row_t
    use response_types, only: event_contact, event_impact, response_t
@@ -11,20 +10,9 @@ module section_records
    use section_types, only: run_sections_t
    implicit none (type, external)
    private
-   public :: check_period, open_sections, record_sections, finish_sections
+   public :: open_sections, record_sections, finish_sections
 
 contains
-
-   !> Check that the loads of a case have a common period.
-   pure subroutine check_period(settings, error)
-      type(run_settings_t), intent(in) :: settings
-      !> Set if sections are requested but the loads have no common period
-      type(failure_t), allocatable, intent(inout) :: error
-
-      if (.not. allocated(settings%poincare)) return
-      if (settings%poincare%period > 0.0_wp) return
-      call fail(error, status_bad_input, 'the harmonic loads have no period in common by which sections could go')
-   end subroutine check_period
 
    !> Compute the instants of the sections, and allocate the records.
    pure subroutine open_sections(settings, contacts, release_contact, sections, modes)

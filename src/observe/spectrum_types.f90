@@ -13,7 +13,7 @@ module spectrum_types
       !> Frequencies omega over omega1, [frequencies]
       real(wp), allocatable :: frequency(:)
       !> Power: squared magnitude of the transform of the signal minus its mean, averaged over the segments,
-      !> [frequencies, signals]; NaN: the run has no segment
+      !> [frequencies, signals]
       real(wp), allocatable :: power(:, :)
       !> Sum of the squared deviations of the segments' powers from this average, [frequencies, signals]
       real(wp), allocatable :: scatter(:, :)

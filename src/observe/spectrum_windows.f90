@@ -1,7 +1,6 @@
 !> Windows of a spectrum: the segments, the frequencies at which half segments are integrated, and the transforms of
 !> windowed segments, which are sums of these integrals (docs/theory.md, section 24).
 module spectrum_windows
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: pi, wp
    use spectrum_settings, only: spectrum_settings_t, window_hann
    use spectrum_types, only: run_spectrum_t
@@ -16,7 +15,7 @@ module spectrum_windows
       !> Length of the spans that are integrated. With Hann windows these are half segments, of which all but the first
       !> and the last belong to two segments; with rectangular windows they are whole segments
       real(wp) :: half = 1.0_wp
-      !> Number of these spans; 0: the run has no segment
+      !> Number of these spans
       integer :: halves = 0
       !> Frequencies of the integrals
       real(wp), allocatable :: omega(:)
@@ -36,7 +35,7 @@ contains
    !> Set the segments and frequencies of a run.
    pure subroutine open_windows(settings, length, windows, result)
       type(spectrum_settings_t), intent(in) :: settings
-      !> Length of the part of the run that is transformed, tau; < 0: the run ends before this part
+      !> Length of the part of the run that is transformed, tau
       real(wp), intent(in) :: length
       type(windows_t), intent(out) :: windows
       !> On return frequencies, lengths and integrals of the window are set, powers are zero
@@ -51,21 +50,12 @@ contains
       integer :: i, points
 
       windows%kind = settings%window
-      distance = 1.0_wp
-      points = settings%points
-      if (length > 0.0_wp) then
-         distance = settings%frequency_spacing(length)
-         points = nint(settings%frequency_count(length))
-      end if
+      distance = settings%frequency_spacing(length)
+      points = nint(settings%frequency_count(length))
       allocate (result%frequency, source=[(settings%range(1) + distance*real(i, wp), i=0, points - 1)])
       if (settings%points > 1) result%frequency(points) = settings%range(2)
       allocate (windows%frequency, source=result%frequency)
       allocate (result%power(points, size(result%of)), result%scatter(points, size(result%of)), source=0.0_wp)
-      if (.not. length > 0.0_wp) then
-         allocate (windows%omega(0), windows%blocks(2, 0))
-         result%power(:, :) = ieee_value(1.0_wp, ieee_quiet_nan)
-         return
-      end if
       result%length = settings%segment_length(length)
       result%window = result%length
       result%window_square = result%length

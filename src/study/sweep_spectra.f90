@@ -45,8 +45,7 @@ contains
       if (scene%wants_spectrum) spectrum_size = size(frequencies_of(scene))*size(scene%spectrum%of)
    end function spectrum_size
 
-   !> Amplitudes of a case in units of the results, signal after signal; NaN if the case has no spectra, or has other
-   !> frequencies.
+   !> Amplitudes of a case in units of the results, signal after signal; NaN if the case has other frequencies.
    pure subroutine record_spectra(spectrum, units, values)
       type(run_spectrum_t), intent(in) :: spectrum
       type(units_t), intent(in) :: units
@@ -56,7 +55,7 @@ contains
       integer :: k
 
       values = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (size(spectrum%power) /= size(values) .or. spectrum%segments == 0) return
+      if (size(spectrum%power) /= size(values)) return
       allocate (amplitude, source=amplitudes_of(spectrum))
       if (units%are_physical) then
          do k = 1, size(spectrum%of)
