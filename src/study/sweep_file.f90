@@ -1,13 +1,14 @@
 !> The results file of a sweep. The file is assembled from the chunks one at a time, so that memory does not grow with
 !> the number of cases, and gets its final name when it is complete.
 module sweep_file
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use analyses, only: analysed_t, write_analyses
    use failures, only: fail, failure_t
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
    use joined_texts, only: joined
    use kinds, only: pi, wp
-   use measure_list, only: measure_count, measure_settling, measure_table, measure_tolerance
+   use measure_list, only: measure_count, measure_named, measure_settling, measure_table, measure_tolerance
    use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantities, only: quantity_named, units_of, units_t
@@ -61,6 +62,8 @@ module sweep_file
       !> Number of cases that end less than half a period of the first frequency after their settling time; 0 if the
       !> cases have units of time of their own
       integer :: unsettled_count = 0
+      !> Number of cases whose maximum stress exceeds the strength; 0 if the cases have units of stress of their own
+      integer :: over_strength_count = 0
       !> Selected measures of all cases, [cases, measures]; unallocated: none is selected
       real(wp), allocatable :: values(:, :)
       !> Analyses of the beam of the scene, independent of the cases
@@ -89,7 +92,9 @@ contains
       real(wp) :: unit_of_time
       ! half a period of the first mode; if it varies between the cases, that of the uniform beam
       real(wp) :: half_period
-      integer :: number, i, duration_axis
+      ! strength of the material in the unit of stress of the rows
+      real(wp) :: strength
+      integer :: number, i, duration_axis, stress
       logical :: may_be_unsettled
 
       call start_best(scene, plan, survey%best)
@@ -102,6 +107,8 @@ contains
       if (may_be_unsettled .and. .not. any(plan%axes%parameter%changes_beam)) half_period = half_period_of(scene)
       duration_axis = findloc(plan%axes%parameter%group == 'response' .and. &
          index(plan%axes%parameter%name_in_group, 'duration') == 1, .true., dim=1)
+      strength = strength_in_rows(scene, any(varies_scales(plan%axes%parameter)))
+      stress = measure_named('greatest_stress')
       allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
       if (present(measures)) allocate (survey%values(plan%cases, size(measures)))
       do number = 1, plan%chunks
@@ -112,6 +119,9 @@ contains
                call insert_case(survey%best, first + i - 1, chunk%values(:, i), chunk%rows(:, i))
                survey%tolerance(first + i - 1) = chunk%rows(measure_tolerance, i)
                if (present(measures)) survey%values(first + i - 1, :) = chunk%rows(measures, i)
+               ! NaN: the case failed
+               if (ieee_is_nan(chunk%rows(stress, i))) cycle
+               if (chunk%rows(stress, i) > strength) survey%over_strength_count = survey%over_strength_count + 1
             end do
          end associate
          if (may_be_unsettled) then
@@ -129,6 +139,25 @@ contains
          end associate
       end do
    end subroutine survey_chunks
+
+   !> Strength of the material in the unit of stress of the rows; `huge`: the scene gives none, or that unit differs
+   !> from case to case.
+   pure real(wp) function strength_in_rows(scene, scales_vary) result(strength)
+      type(scene_t), intent(in) :: scene
+      !> Whether the cases differ in their scales
+      logical, intent(in) :: scales_vary
+
+      type(units_t) :: units
+
+      strength = huge(1.0_wp)
+      if (scene%stress%strength <= 0.0_wp) return
+      if (are_physical(scene)) then
+         strength = scene%stress%strength
+      else if (scene%scales%displacement > 0.0_wp .and. .not. scales_vary) then
+         units = units_of(scene%scales, scene%unit_system, .true.)
+         strength = scene%stress%strength/units%factor(quantity_named('stress'))
+      end if
+   end function strength_in_rows
 
    !> Unit of time of a scene with units, over tau.
    pure real(wp) function time_over_tau(scene) result(ratio)

@@ -17,7 +17,7 @@ module sweep_tables
    use sweep_progress, only: rate_in_words
    use sweep_settings, only: goal_names
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
-   use warning_list, only: warning_settling
+   use warning_list, only: warning_over_strength, warning_settling
    implicit none (type, external)
    private
    public :: print_sweep
@@ -54,6 +54,10 @@ contains
          //' cases end less than half a ' &
          //'period of the first frequency after their settling time: the beam may leave the stop again; a longer run ' &
          //'shows it')
+      if (survey%over_strength_count > 0 .and. allocated(scene%warnings)) call add_warning(scene_with_warnings, &
+         warning_over_strength, to_text(survey%over_strength_count)//' of '//to_text(plan%cases) &
+         //' cases have a maximum stress beyond the strength of '//with_unit(scene%stress%strength, &
+         scene_unit_of(units, 'stress')))
       call print_warnings(unit, scene_with_warnings)
       ! if the program chose the mesh
       if (scene%mesh%found%finer_elements > 0) then
