@@ -13,11 +13,12 @@ module run_warnings
    use quantities, only: quantity_named, units_of, units_t
    use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
-   use run_settings, only: side_above
+   use run_settings, only: side_above, stop_settings_t
    use scene_beam_model, only: model_of, varies_at_end
-   use scene_types, only: scene_t, solver_auto
+   use scene_types, only: all_stops, scene_t, solver_auto
    use scene_units, only: units_in
    use scene_warnings, only: add_warning
+   use scene_words, only: stop_of_release
    use warning_list, only: warning_large_slope, warning_over_strength, warning_settling, warning_stress_start, &
       warning_uncounted_cycles
    implicit none (type, external)
@@ -39,6 +40,7 @@ contains
       !> The run of the scene
       type(response_t), intent(in) :: response
 
+      type(stop_settings_t), allocatable :: stops(:)
       type(units_t) :: units
       real(wp) :: height, slope, stress
       integer :: p
@@ -63,9 +65,15 @@ contains
          //'longer run shows it')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
-         ! the history counts from the surface, at the height of the preload below the beam, minus the preload above it
+         ! the history counts from the surface of the stop of the release, at the height of the preload below the beam,
+         ! minus the preload above it
          height = 0.0_wp
-         if (scene%has_stop) height = merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)*scene%stop%preload
+         if (scene%has_stop) then
+            stops = all_stops(scene)
+            associate (stop => stops(max(stop_of_release(scene), 1)))
+               height = merge(-1.0_wp, 1.0_wp, stop%side == side_above)*stop%preload
+            end associate
+         end if
          slope = slope_ratio*maxval(abs(response%history(eta_tip)%values + height))*scene%scales%displacement &
             /scene%scales%length
          if (slope > max_slope) call add_warning(scene, warning_large_slope, 'the slope of the beam is about ' &
