@@ -14,9 +14,10 @@ module fit_model
    use motion_run, only: set_store_t
    use quantities, only: quantity_named, units_t
    use response_types, only: event_contact, event_impact, response_t
-   use run_settings, only: count_samples, output_settings_t, response_settings_t
-   use scene_types, only: scene_t
+   use run_settings, only: count_samples, output_settings_t, response_settings_t, stop_settings_t
+   use scene_types, only: all_stops, scene_t
    use scene_units, only: units_in
+   use scene_words, only: stop_of_release
    use sweep_plan, only: fraction_at_value, plan_t, value_at_fraction
    implicit none (type, external)
    private
@@ -306,17 +307,21 @@ contains
       !> Dimensionless signal, [samples]
       real(wp), intent(out) :: found(:)
 
+      type(stop_settings_t), allocatable :: stops(:)
       real(wp), allocatable :: values(:)
       ! index of the shape of each instant that exists
       integer :: existing(size(place))
       integer :: i, node
 
       found = 0.0_wp
-      associate (position => model%runner%beam%model%mesh%position)
-         node = ubound(response%shape_displacement, 1)
-         if (.not. observed_table(model%fit%observed)%is_of_tip) node = lbound(response%shape_displacement, 1) - 1 + &
-            minloc(abs(position - model%runner%scene%stop%position), dim=1)
-      end associate
+      node = ubound(response%shape_displacement, 1)
+      if (.not. observed_table(model%fit%observed)%is_of_tip) then
+         stops = all_stops(model%runner%scene)
+         associate (position => model%runner%beam%model%mesh%position, &
+            stop => stops(max(stop_of_release(model%runner%scene), 1)))
+            node = lbound(response%shape_displacement, 1) - 1 + minloc(abs(position - stop%position), dim=1)
+         end associate
+      end if
       ! an instant at the end of the run may exceed the last shape by rounding
       existing = min(place, size(response%shape_tau))
       if (model%fit%observed == observed_acceleration_tip) then

@@ -2,7 +2,7 @@
 !> &fit.
 module scene_inference
    use file_system, only: path_beside
-   use inference_settings, only: fit_settings_t, observed_impacts, observed_table
+   use inference_settings, only: fit_settings_t, observed_force, observed_impacts, observed_table
    use kinds, only: wp
    use measure_list, only: demand_of, measure_force, measure_mean_force, measure_of_word, measure_status, &
       measure_table, measure_words
@@ -270,7 +270,8 @@ contains
             call input%complain(group, '', "needs data, the file of a signal, such as data = 'signal.csv'")
          else if (fit%observed == 0) then
             call input%complain(group, '', "needs of, what was measured, such as of = 'displacement_tip'")
-         else if (.not. (observed_table(fit%observed)%is_of_tip .or. scene%has_contacts())) then
+         else if (.not. (observed_table(fit%observed)%is_of_tip .or. scene%has_stop .or. (scene%has_bodies .and. &
+            (observed_table(fit%observed)%is_feature .or. fit%observed == observed_force)))) then
             call input%complain(group, 'of', 'needs &stop')
          else if (fit%time_column == fit%value_column) then
             call input%complain(group, 'time_column value_column', 'must differ')
