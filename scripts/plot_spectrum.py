@@ -66,6 +66,8 @@ class Map:
                 self.read_sweep(path, file, name)
         if not np.any(np.isfinite(self.amplitude)):
             raise plots.Unplottable(f"{path}: none of its cases has a spectrum")
+        if len(self.values) < 2:
+            raise plots.Unplottable(f"{path}: has the spectrum of one case: a map needs two")
 
     def read_sweep(self, path, file, name):
         """Rows of a sweep of one parameter; of several the others stay at their first values."""
