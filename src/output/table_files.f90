@@ -259,7 +259,8 @@ contains
       allocate (table%columns(0))
       call find_column(table, 'case', '1', whole, rows, index_found)
       parameter = file%text_attribute('parameter', 'cases')
-      call find_column(table, parameter, '1', six_digits, rows, index_found)
+      call find_column(table, parameter, file%text_attribute('units', 'cases/'//parameter), six_digits, rows, &
+         index_found)
       do i = 1, rows
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)

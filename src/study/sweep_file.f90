@@ -16,6 +16,7 @@ module sweep_file
    use results_file, only: results_name, write_header
    use run_warnings, only: ends_unsettled, half_period_of
    use scene_beam_model, only: varies_at_end
+   use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
    use scene_units, only: are_physical, units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
@@ -59,8 +60,7 @@ module sweep_file
       character(max_reason_length), allocatable :: reasons(:)
       !> Tolerance of the extremes of each case; NaN: the usual tolerance, [cases]
       real(wp), allocatable :: tolerance(:)
-      !> Number of cases that end less than half a period of the first frequency after their settling time; 0 if the
-      !> cases have units of time of their own
+      !> Number of cases that end less than half a period of the first frequency after their settling time
       integer :: unsettled_count = 0
       !> Number of cases whose maximum stress exceeds the strength; 0 if the cases have units of stress of their own
       integer :: over_strength_count = 0
@@ -87,26 +87,29 @@ contains
       integer, intent(in), optional :: measures(:)
 
       type(chunk_rows_t) :: chunk
-      real(wp), allocatable :: duration(:)
-      ! time in the rows over tau
-      real(wp) :: unit_of_time
+      ! scene of a case, for its duration and its unit of time; allocated, because the type is large
+      type(scene_t), allocatable :: of_case
+      type(draft_t), allocatable :: draft
+      character(:), allocatable :: problem
       ! half a period of the first mode; if it varies between the cases, that of the uniform beam
       real(wp) :: half_period
       ! strength of the material in the unit of stress of the rows
       real(wp) :: strength
-      integer :: number, i, duration_axis, stress
+      integer :: number, i, stress
+      ! whether the cases differ in their duration tau or in their unit of time
+      logical :: durations_vary
       logical :: may_be_unsettled
 
       call start_best(scene, plan, survey%best)
-      unit_of_time = 1.0_wp
-      if (are_physical(scene)) unit_of_time = time_over_tau(scene)
-      ! with another beam in each case, tau cannot be found from times in units
-      may_be_unsettled = scene%has_stop .and. .not. varies_at_end(scene) .and. .not. (are_physical(scene) .and. &
-         any(plan%axes%parameter%changes_scales))
+      may_be_unsettled = scene%has_stop .and. .not. varies_at_end(scene)
       half_period = pi
       if (may_be_unsettled .and. .not. any(plan%axes%parameter%changes_beam)) half_period = half_period_of(scene)
-      duration_axis = findloc(plan%axes%parameter%group == 'response' .and. &
-         index(plan%axes%parameter%name_in_group, 'duration') == 1, .true., dim=1)
+      associate (parameter => plan%axes%parameter)
+         durations_vary = any(parameter%changes_scales .or. (parameter%group == 'response' .and. &
+            index(parameter%name_in_group, 'duration') == 1))
+      end associate
+      allocate (of_case, source=scene)
+      allocate (draft)
       strength = strength_in_rows(scene, any(varies_scales(plan%axes%parameter)))
       stress = measure_named('greatest_stress')
       allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
@@ -124,14 +127,16 @@ contains
                if (chunk%rows(stress, i) > strength) survey%over_strength_count = survey%over_strength_count + 1
             end do
          end associate
-         if (may_be_unsettled) then
-            allocate (duration(size(chunk%rows, 2)), source=scene%response%duration)
-            if (duration_axis > 0) duration(:) = chunk%values(duration_axis, :)
-            if (any(plan%axes%parameter%name_in_group == 'duration_time')) duration(:) = duration/time_over_tau(scene)
-            survey%unsettled_count = survey%unsettled_count + count(ends_unsettled(chunk%rows(measure_settling, :) &
-               /unit_of_time, duration, half_period))
-            deallocate (duration)
-         end if
+         do i = 1, merge(size(chunk%rows, 2), 0, may_be_unsettled)
+            associate (settling_time => chunk%rows(measure_settling, i))
+               if (ieee_is_nan(settling_time)) cycle
+               if (durations_vary) call set_parameters(of_case, plan%axes%parameter, chunk%values(:, i), problem, draft)
+               associate (is_unsettled => ends_unsettled(settling_time/unit_of_time(of_case), &
+                  of_case%response%duration, half_period))
+                  survey%unsettled_count = survey%unsettled_count + merge(1, 0, is_unsettled)
+               end associate
+            end associate
+         end do
          survey%failure_count = survey%failure_count + size(chunk%failed)
          associate (recorded => min(size(chunk%failed), max_reasons - size(survey%failed_cases)))
             survey%failed_cases = [survey%failed_cases, chunk%failed(:recorded)]
@@ -159,15 +164,17 @@ contains
       end if
    end function strength_in_rows
 
-   !> Unit of time of a scene with units, over tau.
-   pure real(wp) function time_over_tau(scene) result(ratio)
+   !> Unit of time of the rows of a case, over tau.
+   pure real(wp) function unit_of_time(scene) result(ratio)
       type(scene_t), intent(in) :: scene
 
       type(units_t) :: units
 
-      units = units_of(scene%scales, scene%unit_system, .true.)
+      ratio = 1.0_wp
+      if (.not. are_physical(scene)) return
+      units = units_in(scene)
       ratio = units%factor(quantity_named('time'))
-   end function time_over_tau
+   end function unit_of_time
 
    !> Assemble the results file, and remove the chunks.
    subroutine write_sweep(folder, scene, plan, survey, refined, error, errors)
