@@ -202,6 +202,18 @@ def legend_of_titles(axes, handles, titles, **options):
         shown.set_text(title)
 
 
+def stops_of(scene):
+    """Position, side and preload of each stop, in their order, and the index of the one from which the beam is released. It is chosen
+    as the program does."""
+    names = sorted((name for name in scene if name.split("_")[0] == "stop"), key=lambda name: int(name.partition("_")[2] or 1))
+    groups = [scene[name].attrs for name in names]
+    stops = [(float(group["position"]), text_of(group["side"]),
+              -float(group["clearance_ratio"]) if "clearance_ratio" in group else float(group["preload"])) for group in groups]
+    keys = [("pulled" not in group, -position, ("below", "above", "both").index(side), -preload)
+            for group, (position, side, preload) in zip(groups, stops)]
+    return stops, min(range(len(stops)), key=keys.__getitem__, default=None)
+
+
 def varied_with(file, name):
     """Parameters of a sweep that vary together with one, value by value, because they are tied or their lists are paired."""
     sweep = file["sweep"].attrs

@@ -80,15 +80,12 @@ class Diagram:
         """Displacements at which the beam touches stops at the point shown."""
         scene = file["scene"]
         unit = float(scene["scales"].attrs["displacement"]) if "units" in file.attrs else 1.0
-        stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
-        release = next((stop for stop in stops if "pulled" in stop), max(stops, key=lambda stop: stop["position"], default=None))
-        place, levels = 1.0 if point == "tip" or release is None else float(release["position"]), []
-        for stop in stops:
-            side = plots.text_of(stop["side"])
-            if abs(float(stop["position"]) - place) < 1e-9:
-                heights = [-stop["clearance_ratio"], stop["clearance_ratio"]] if side == "both" else \
-                    [float(stop["preload"])*(-1.0 if side == "above" else 1.0)]
-                levels += [unit*float(height) for height in heights]
+        stops, release = plots.stops_of(scene)
+        place, levels = 1.0 if point == "tip" or release is None else stops[release][0], []
+        for position, side, preload in stops:
+            if abs(position - place) < 1e-9:
+                heights = [preload, -preload] if side == "both" else [-preload if side == "above" else preload]
+                levels += [unit*height for height in heights]
         return levels
 
     @staticmethod
@@ -99,7 +96,11 @@ class Diagram:
         group = file["frequency_response"]
         scale = "frequency" if "frequency" in group else "omega"
         amplitude = group[f"amplitude_{point}"][()]
-        return group[scale][()], amplitude if amplitude.ndim == 1 else amplitude[:, 0]
+        if amplitude.ndim > 1:
+            stops, release = plots.stops_of(file["scene"])
+            # a stop on both sides has two surfaces with the same amplitude
+            amplitude = amplitude[:, sum(2 if side == "both" else 1 for _, side, _ in stops[:release or 0])]
+        return group[scale][()], amplitude
 
     def prefix(self, values):
         """A factor and the unit with a prefix in which values are written."""

@@ -245,11 +245,10 @@ class Scene:
         self.start_label = {"velocity": "start, moving", "drop": "start, falling"}.get(kind, "start")
         self.release = None
         if kind == "pull":
-            stops = [scene[name].attrs for name in scene if name.split("_")[0] == "stop"]
-            stop = next((stop for stop in stops if "pulled" in stop), stops[0] if stops else None)
-        if kind == "pull" and stop is not None:
-            side = -1.0 if plots.text_of(stop["side"]) == "above" else 1.0
-            self.release = float(stop["position"]), side * (1.0 + float(stop["preload"])) * self.unit
+            stops, release = plots.stops_of(scene)
+        if kind == "pull" and release is not None:
+            position, side, preload = stops[release]
+            self.release = position, (-1.0 if side == "above" else 1.0) * (1.0 + preload) * self.unit
 
     def start(self):
         """The shape at the start, if it was recorded."""

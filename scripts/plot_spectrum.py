@@ -102,7 +102,9 @@ class Map:
         spectra = [plots.group_of(group[f"case_{number}"], "spectrum", "&spectrum") for number in numbers]
         self.name = chosen(path, spectra[0], [name] if name else None)[0]
         self.frequency, self.unit = plots.values_of(spectra[0], "omega"), plots.unit_of(spectra[0], "omega")
-        rows = [np.interp(self.frequency, plots.values_of(one, "omega"), one[f"amplitude_{self.name}"][()]) for one in spectra]
+        # with units, equal ratios are other frequencies in a case of another beam: beyond its own it has no amplitude
+        rows = [np.interp(self.frequency, plots.values_of(one, "omega"), one[f"amplitude_{self.name}"][()], np.nan, np.nan)
+                for one in spectra]
         self.amplitude, self.amplitude_unit = np.array(rows), plots.unit_of(spectra[0], f"amplitude_{self.name}")
 
 
