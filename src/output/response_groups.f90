@@ -207,8 +207,8 @@ contains
       call group%put('contact_end', measures%contact_end, 'time', 'end of the contact or of the run{, tau}', 'contact')
       call group%put('rebound', [(i, i=1, size(measures%peak_eta))], 'rebound', is_scale=.true.)
       call group%put('peak_tau', measures%peak_tau, 'time', 'time of the peak of the rebound{, tau}', 'rebound')
-      call group%put('peak', measures%peak_eta, 'displacement', 'peak of the rebound, {eta~displacement} at the ' &
-         //'stop, up from its surface', 'rebound')
+      call group%put('peak', measures%peak_eta, 'displacement', 'peak of the rebound, {eta~distance} from the ' &
+         //'surface of the stop', 'rebound')
    end subroutine write_measures
 
 end module response_groups

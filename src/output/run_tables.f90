@@ -176,7 +176,7 @@ contains
          do i = 1, min(measures%rebounds, max_peaks)
             if (i == 2) heading = ''
             call print_line(unit, heading, &
-               phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
+               phrase(units, '{eta~|y - d|} = ', 'displacement', measures%peak_eta(i), decimals) &
                //error_in_words(merge(first_peak + i - 1, 0, i <= peak_count), units, errors) &
                //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
          end do

@@ -101,12 +101,12 @@ module measure_list
       is_of_contact=.true.), &
       measure_t('longest_contact', 'longest_contact', 'longest contact', 'time', .false., 'longest contact', &
       is_of_contact=.true.), &
-      measure_t('peak_1', '', 'highest point of the first rebound, up from the surface{, eta}', 'displacement', &
+      measure_t('peak_1', '', 'greatest distance from the surface in the first rebound{, eta}', 'displacement', &
       .false.), &
-      measure_t('peak_2', '', 'highest point of the second rebound, up from the surface', 'displacement', .false.), &
-      measure_t('peak_3', '', 'highest point of the third rebound, up from the surface', 'displacement', .false.), &
-      measure_t('peak_4', '', 'highest point of the fourth rebound, up from the surface', 'displacement', .false.), &
-      measure_t('peak_5', '', 'highest point of the fifth rebound, up from the surface', 'displacement', .false.), &
+      measure_t('peak_2', '', 'greatest distance from the surface in the second rebound', 'displacement', .false.), &
+      measure_t('peak_3', '', 'greatest distance from the surface in the third rebound', 'displacement', .false.), &
+      measure_t('peak_4', '', 'greatest distance from the surface in the fourth rebound', 'displacement', .false.), &
+      measure_t('peak_5', '', 'greatest distance from the surface in the fifth rebound', 'displacement', .false.), &
       measure_t('settling_time', 'settling_time', 'instant after which {|eta_c|~the stop point} stays within 0.02' &
       //'{~ of the unit of displacement} of the surface; nan: it does not', 'time', .false., &
       'settling time, 2 %', 'at {tau~t} ='), &
