@@ -214,6 +214,12 @@ def stops_of(scene):
     return stops, min(range(len(stops)), key=keys.__getitem__, default=None)
 
 
+def surface_of_release(scene):
+    """Index of the surface of this stop, the lower one of a stop on both sides, in the order of /surfaces."""
+    stops, release = stops_of(scene)
+    return sum(2 if side == "both" else 1 for _, side, _ in stops[:release or 0])
+
+
 def varied_with(file, name):
     """Parameters of a sweep that vary together with one, value by value, because they are tied or their lists are paired."""
     sweep = file["sweep"].attrs

@@ -97,9 +97,7 @@ class Diagram:
         scale = "frequency" if "frequency" in group else "omega"
         amplitude = group[f"amplitude_{point}"][()]
         if amplitude.ndim > 1:
-            stops, release = plots.stops_of(file["scene"])
-            # a stop on both sides has two surfaces with the same amplitude
-            amplitude = amplitude[:, sum(2 if side == "both" else 1 for _, side, _ in stops[:release or 0])]
+            amplitude = amplitude[:, plots.surface_of_release(file["scene"])]
         return group[scale][()], amplitude
 
     def prefix(self, values):

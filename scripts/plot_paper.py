@@ -51,7 +51,10 @@ class Case:
         self.contacts = list(zip(plain(measures, "contact_start"), plain(measures, "contact_end")))
         events = group["events"]
         names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
-        self.impacts = plain(events, "tau")[events["kind"][()] == names.index("impact") + 1]
+        is_shown = events["kind"][()] == names.index("impact") + 1
+        if "surface" in events:
+            is_shown &= events["surface"][()] == plots.surface_of_release(group.file["scene"]) + 1
+        self.impacts = plain(events, "tau")[is_shown]
         self.peaks = (plain(measures, "peak_tau"), plain(measures, "peak")) if "peak" in measures else ([], [])
 
     def number(self):
@@ -82,13 +85,14 @@ def draw_cases(cases):
     figure, grid = plt.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.0},
                                 figsize=(plots.WIDTH, 1.12 * count + 0.7))
     lowest = min(case.eta.min() for case in cases.cases)
+    highest = max(case.eta.max() for case in cases.cases)
     for axes, case in zip(grid[:, 0], cases.cases):
         shade_contacts(axes, case)
         axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
         axes.plot(case.tau, case.eta, color="black", linewidth=0.9)
         bottom = min(-0.15, 1.25 * lowest)
         axes.vlines(case.impacts, -0.105, -0.03, color=plots.COLOURS[1], linewidth=0.8, zorder=3)
-        axes.set_ylim(bottom, 1.15)
+        axes.set_ylim(bottom, max(1.15, 1.1 * highest))
         axes.yaxis.set_major_locator(ticker.FixedLocator([0.0, 0.5, 1.0]))
         axes.yaxis.set_minor_locator(ticker.MultipleLocator(0.1))
         axes.set_ylabel(r"$\eta$")
