@@ -16,14 +16,19 @@ contains
       integer, allocatable, intent(in) :: given(:)
       integer, allocatable :: measures(:)
 
+      ! copy of the component: gfortran 12 gives texts of a constant array to a function with less than their length
+      character(len(measure_table%group)) :: group(measure_count)
       integer :: i
 
       if (allocated(given)) then
          allocate (measures, source=given)
       else
+         do i = 1, measure_count
+            group(i) = measure_table(i)%group
+         end do
          measures = pack([(i, i=1, measure_count)], .not. measure_table%is_whole .and. &
-            scene%has_group(measure_table%group) .and. (measure_table%run_name /= '' .or. measure_table%group /= '' &
-            .or. measure_table%name(:5) == 'peak_'))
+            scene%has_group(group) .and. &
+            (measure_table%run_name /= '' .or. group /= '' .or. measure_table%name(:5) == 'peak_'))
       end if
    end function chosen_measures
 
