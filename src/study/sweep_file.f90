@@ -96,8 +96,10 @@ contains
       ! strength of the material in the unit of stress of the rows
       real(wp) :: strength
       integer :: number, i, stress
-      ! whether the cases differ in their duration tau or in their unit of time
-      logical :: durations_vary
+      ! whether each parameter changes the duration tau or the unit of time of a case, [axes]
+      logical :: changes_duration(size(plan%axes))
+      ! values of the parameters in `of_case`; at first none
+      real(wp) :: values(size(plan%axes))
       logical :: may_be_unsettled
 
       call start_best(scene, plan, survey%best)
@@ -105,11 +107,12 @@ contains
       half_period = pi
       if (may_be_unsettled .and. .not. any(plan%axes%parameter%changes_beam)) half_period = half_period_of(scene)
       associate (parameter => plan%axes%parameter)
-         durations_vary = any(parameter%changes_scales .or. (parameter%group == 'response' .and. &
-            index(parameter%name_in_group, 'duration') == 1))
+         changes_duration = parameter%changes_scales .or. (parameter%group == 'response' .and. &
+            index(parameter%name_in_group, 'duration') == 1)
       end associate
       allocate (of_case, source=scene)
       allocate (draft)
+      values = huge(1.0_wp)
       strength = strength_in_rows(scene, any(varies_scales(plan%axes%parameter)))
       stress = measure_named('greatest_stress')
       allocate (survey%failed_cases(0), survey%reasons(0), survey%tolerance(plan%cases))
@@ -130,7 +133,10 @@ contains
          do i = 1, merge(size(chunk%rows, 2), 0, may_be_unsettled)
             associate (settling_time => chunk%rows(measure_settling, i))
                if (ieee_is_nan(settling_time)) cycle
-               if (durations_vary) call set_parameters(of_case, plan%axes%parameter, chunk%values(:, i), problem, draft)
+               if (any(changes_duration .and. abs(chunk%values(:, i) - values) > 0.0_wp)) then
+                  values = chunk%values(:, i)
+                  call set_parameters(of_case, plan%axes%parameter, values, problem, draft)
+               end if
                associate (is_unsettled => ends_unsettled(settling_time/unit_of_time(of_case), &
                   of_case%response%duration, half_period))
                   survey%unsettled_count = survey%unsettled_count + merge(1, 0, is_unsettled)
