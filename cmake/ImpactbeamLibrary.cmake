@@ -7,6 +7,11 @@
 #
 # impactbeam_program(<name> SOURCES <file of the main program> LINKS <library>)
 
+# CMake ends a path that the installation rewrites with an empty part, and the dynamic linker takes that for the current
+# folder: the paths are final from the start
+set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+
 add_library(impactbeam_flags INTERFACE)
 if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   target_compile_options(impactbeam_flags INTERFACE
@@ -68,6 +73,6 @@ function(impactbeam_program name)
     IMPACTBEAM_STATIC "${linked_statically}")
   if(TARGET impactbeam_ranks)
     add_dependencies(${name} impactbeam_ranks)
-    set_property(TARGET ${name} PROPERTY BUILD_RPATH "\$ORIGIN")
+    set_property(TARGET ${name} PROPERTY INSTALL_RPATH "\$ORIGIN")
   endif()
 endfunction()
