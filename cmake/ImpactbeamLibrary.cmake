@@ -10,7 +10,7 @@
 # CMake ends a path that the installation rewrites with an empty part, and the dynamic linker takes that for the current
 # folder: the paths are final from the start
 set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
-set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON CACHE BOOL "Installed programs find libraries outside the folders of the system")
 
 add_library(impactbeam_flags INTERFACE)
 if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
