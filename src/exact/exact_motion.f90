@@ -370,7 +370,7 @@ contains
       logical :: is_last
 
       samples = count_samples(settings%response%duration, settings%response%step)
-      call open_records(modes%elements, settings%output, samples, settings%response%step, response, &
+      call open_records(modes%elements, settings%output, settings%response, response, &
          has_loads(settings), model%points)
       call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)

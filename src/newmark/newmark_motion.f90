@@ -126,7 +126,7 @@ contains
 
       samples = count_samples(settings%response%duration, settings%response%step)
       run%samples = samples
-      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
+      call open_records(model%mesh%elements, settings%output, settings%response, response, &
          has_loads(settings), run%points)
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)

@@ -6,7 +6,7 @@ module response_records
    use history_list, only: acceleration_stop, eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
    use response_types, only: contact_record_t, response_t
-   use run_settings, only: count_samples, output_settings_t
+   use run_settings, only: count_samples, end_of_run, is_within, output_settings_t, response_settings_t
    use sorting, only: ascending_order
    use stop_contacts, only: contact_t, observed_height, owner_of_contact
    implicit none (type, external)
@@ -17,16 +17,14 @@ contains
 
    !> Allocate the requested histories and shapes. Points have histories of displacement, velocity and
    !> force if these quantities are requested at the stop.
-   pure subroutine open_records(elements, settings, samples, step, response, is_driven, points)
+   pure subroutine open_records(elements, settings, run, response, is_driven, points)
       !> Number of elements of the mesh
       integer, intent(in) :: elements
       !> Requested output
       type(output_settings_t), intent(in) :: settings
-      !> Number of samples after that at the start
-      integer, intent(in) :: samples
-      !> Time between samples, tau
-      real(wp), intent(in) :: step
-      !> The response; receives arrays for histories, [samples + 1], and shapes
+      !> The run, with its duration and the time between samples
+      type(response_settings_t), intent(in) :: run
+      !> The response; receives arrays for histories, [samples with that at the start], and shapes
       type(response_t), intent(inout) :: response
       !> Whether loads act on the beam, so that their work is recorded
       logical, intent(in) :: is_driven
@@ -35,9 +33,9 @@ contains
 
       integer :: i, shapes
 
-      associate (n => samples + 1)
+      associate (n => count_samples(run%duration, run%step) + 1)
          if (any(settings%history) .or. settings%energy) then
-            allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
+            allocate (response%tau, source=[(real(i, wp)*run%step, i=0, n - 1)])
          end if
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
@@ -51,7 +49,7 @@ contains
             end associate
             if (is_driven) allocate (response%energy%work(n), source=0.0_wp)
          end if
-         call find_instants(settings, real(samples, wp)*step, response%shape_tau)
+         call find_instants(settings, end_of_run(run), response%shape_tau)
          if (.not. allocated(response%shape_tau)) return
          shapes = size(response%shape_tau)
          allocate (response%shape_displacement(0:elements, shapes), response%shape_slope(0:elements, shapes), &
@@ -85,11 +83,11 @@ contains
 
    !> Instants of the recorded shapes, in ascending order without duplicates: those listed in the settings and equally
    !> spaced ones.
-   pure subroutine find_instants(settings, duration, instants)
+   pure subroutine find_instants(settings, end, instants)
       !> Requested output
       type(output_settings_t), intent(in) :: settings
-      !> The last instant allowed
-      real(wp), intent(in) :: duration
+      !> End of the run, tau
+      real(wp), intent(in) :: end
       !> Instants, tau; unallocated: no shapes are requested
       real(wp), allocatable, intent(out) :: instants(:)
 
@@ -100,9 +98,11 @@ contains
       allocate (listed(0))
       if (allocated(settings%shape_times)) listed = settings%shape_times(ascending_order(settings%shape_times))
       last = -1
-      if (settings%shape_step > 0.0_wp) last = count_samples(duration, settings%shape_step)
+      if (settings%shape_step > 0.0_wp) last = count_samples(end, settings%shape_step)
       times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, last)])
-      instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
+      ! an instant that is beyond the end by rounding is that end
+      where (times > end .and. is_within(times, end)) times = end
+      instants = pack(times, times >= 0.0_wp .and. times <= end .and. &
          [.true., (times(i) > times(i - 1), i=2, size(times))])
    end subroutine find_instants
 

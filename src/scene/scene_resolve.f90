@@ -8,7 +8,7 @@ module scene_resolve
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use quantities, only: system_none
-   use run_settings, only: method_newmark, moves_in_modes, response_settings_t
+   use run_settings, only: end_of_run, is_within, method_newmark, moves_in_modes, response_settings_t
    use scene_beam, only: mean_section, resolve_beam
    use scene_bodies, only: check_bodies
    use scene_groups, only: copy_changes_to_scene
@@ -443,9 +443,9 @@ contains
       if (allocated(scene%output%shape_times)) then
          associate (instants => scene%output%shape_times)
             numbers = real(size(instants), wp)*real(scene%mesh%elements + 1, wp)
-            if (maxval(instants) > scene%response%duration) then
-               call input%complain('output', 'shape_times', 'must be at most the duration, ' &
-                  //to_text(scene%response%duration)//' (tau)')
+            if (.not. is_within(maxval(instants), end_of_run(scene%response))) then
+               call input%complain('output', 'shape_times', 'must be at most the end of the run, ' &
+                  //to_text(end_of_run(scene%response))//' (tau)')
             else if (any([(instants(i) >= instants(i + 1), i=1, size(instants) - 1)])) then
                call input%complain('output', 'shape_times', 'must be ascending')
             else if (numbers > max_stored_numbers) then

@@ -17,7 +17,7 @@ module run_settings
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: statistics_settings_t, poincare_settings_t, relay_settings_t, body_settings_t, extra_dof_t
    public :: law_restitution, law_three_element, law_spring_damper, law_table
-   public :: stops_of, stop_released_from, sort_keys, count_samples, end_of_run, moves_in_modes
+   public :: stops_of, stop_released_from, sort_keys, count_samples, end_of_run, is_within, moves_in_modes
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -356,6 +356,14 @@ contains
 
       samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
    end function count_samples
+
+   !> Whether an instant is within a duration, except for rounding.
+   elemental logical function is_within(instant, duration) result(answer)
+      real(wp), intent(in) :: instant
+      real(wp), intent(in) :: duration
+
+      answer = instant <= duration*(1.0_wp + 8.0_wp*epsilon(1.0_wp))
+   end function is_within
 
    !> Whether the run is computed in modes of the beam: exact motion, and Newmark's method if the settings ask for
    !> modes.
