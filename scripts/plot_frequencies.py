@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Plot frequencies: natural frequencies against the mode, mode shapes if the file has them (&frequencies shapes), and the
+"""Plot frequencies: natural frequencies against the mode, mode shapes if the file has them (&output mode_shapes), and the
 errors of lambda if it has exact values, a curve for each mesh and solver.
 
 Plots what the results files hold and computes nothing; between nodes a shape is the cubic of its elements.
@@ -104,7 +104,7 @@ def draw(path):
 
 def main():
     """Read the command line, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
     parser.add_argument("--out", type=Path, metavar="PICTURE",
                         help="file of the picture, .png, .pdf or .svg (default: beside the results, NAME_frequencies.png)")

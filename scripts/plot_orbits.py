@@ -88,7 +88,7 @@ def draw(path, sweep):
 
 def main():
     """Read the command line, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("file", type=Path, metavar="FILE.h5", help="results file of a scene with &orbit")
     parser.add_argument("--sweep", type=Path, metavar="SWEEP.h5", help="sections of its cases stand behind the branches")
     parser.add_argument("--out", type=Path, metavar="PICTURE",

@@ -303,7 +303,7 @@ def draw_file(path, folder, pictures, films):
 
 def main():
     """Read the command line, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files; those with other contents are left out")
     parser.add_argument("--out", type=Path, default=Path("results/paper"), metavar="FOLDER",
                         help="folder of the pictures (default: results/paper)")

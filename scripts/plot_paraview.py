@@ -115,7 +115,7 @@ def write(path, motion):
 
 def main():
     """Read the command line, convert."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files with shapes")
     parser.add_argument("--out", type=Path, metavar="FILE.vtkhdf", help="file to write (default: beside the results)")
     arguments = parser.parse_args()

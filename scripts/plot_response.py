@@ -358,24 +358,20 @@ def draw_body(axes, body, response):
 
 def draw_sides(axes, response, panel, shown):
     """Velocity at each point and of each body, or force of each side on the beam or on a body, upwards positive."""
-    name = "velocity" if panel == "velocity" else "force"
     if panel == "velocity":
-        shown = list({surface.position: surface for surface in shown if surface.body == 0}.values())
-        for number, body in enumerate(response.bodies):
-            plots.draw_history(axes, response.tau, body.histories[name], f"body {body.number}", linewidth=0.8,
-                               color=plots.COLOURS[(number + 1) % len(plots.COLOURS)], linestyle=plots.DASHES[1])
+        points = {surface.position: surface for surface in shown if surface.body == 0}
+        curves = []
+        for body in response.bodies:
+            curves.append((f"body {body.number}", body.histories["velocity"]))
             face = next(surface for surface in response.surfaces if surface.body == body.number)
-            if body.position not in [surface.position for surface in shown]:
-                plots.draw_history(axes, response.tau, face.histories[name] + body.histories[name],
-                                   f"beam at $x/L$ = {body.position:g}", linewidth=0.8, color="black")
-    for number, surface in enumerate(shown):
-        sign, label = 1, f"$x/L$ = {surface.position:g}"
-        if panel == "force":
-            sign, label = surface.side, surface.name
-            if not surface.histories[name].any():
-                continue
-        plots.draw_history(axes, response.tau, sign * surface.histories[name], label, linewidth=0.8,
-                           color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
+            if body.position not in points:
+                curves.append((f"beam at $x/L$ = {body.position:g}", face.histories["velocity"] + body.histories["velocity"]))
+        curves += [(f"$x/L$ = {place:g}", surface.histories["velocity"]) for place, surface in points.items()]
+    else:
+        curves = [(surface.name, surface.side * surface.histories["force"]) for surface in shown if surface.histories["force"].any()]
+    for number, (label, values) in enumerate(curves):
+        plots.draw_history(axes, response.tau, values, label, linewidth=0.8, color=plots.COLOURS[number % len(plots.COLOURS)],
+                           linestyle=plots.DASHES[number % len(plots.DASHES)])
     if axes.get_legend_handles_labels()[0]:
         put_small_legend_above(axes)
 
@@ -427,8 +423,9 @@ def draw_several(response, panels):
             draw_places(axes, response, panel)
         else:
             draw_sides(axes, response, panel, shown)
-    unit = "" if response.is_in_units() or not points else "; $y$ in units of $|y_c(0) - d|$"
-    panes[0].set_title(response.title + unit)
+    unit = "" if response.is_in_units() or not points else "; $y$ in units of $D$"
+    # above the legend of the first body
+    panes[0].set_title(response.title + unit, pad=19 if bodies else None)
     figure.align_ylabels(panes)
     label_time(panes[-1], [response])
     return figure
@@ -498,7 +495,7 @@ def draw_overlay(responses):
 
 def main():
     """Read the command line, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
     parser.add_argument("--panels", nargs="+", choices=list(PANELS), default=["displacement"],
                         help="what to plot over each other (default: displacement)")

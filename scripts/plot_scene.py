@@ -142,7 +142,7 @@ class Scene:
 
     def displacement_label(self, words="displacement $y$"):
         """Of an axis."""
-        return plots.with_unit(words, self.unit_text) + ("" if self.is_known else r" over $|y_c(0) - d|$")
+        return plots.with_unit(words, self.unit_text) + ("" if self.is_known else " over $D$")
 
     def read_surfaces(self, file):
         """Sides of stops; the file of the paper's one stop has no list of them."""
@@ -596,7 +596,7 @@ def save_film(figure, moving, show, frames, path):
 
 def main():
     """Read the command line, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
     parser.add_argument("--film", action="store_true", help="an animation too, a .gif beside the picture")
     parser.add_argument("--from", dest="start", metavar="TIME", help="beginning of the film, such as 0.02 or, in files in units, 20ms")
