@@ -220,6 +220,17 @@ def surface_of_release(scene):
     return sum(2 if side == "both" else 1 for _, side, _ in stops[:release or 0])
 
 
+def height_of_release(file, wanted="file"):
+    """Height above the unstressed beam from which the displacements of shapes count: that of this surface; 0 without a stop."""
+    scene = file["scene"]
+    if "stop" not in scene:
+        return 0.0
+    if "surfaces" in file:
+        return values_of(file["surfaces"], "height", wanted)[surface_of_release(scene)]
+    is_in_units = "units" in file.attrs and wanted != "dimensionless"
+    return float(scene["stop"].attrs["preload"]) * (float(scene["scales"].attrs["displacement"]) if is_in_units else 1.0)
+
+
 def varied_with(file, name):
     """Parameters of a sweep that vary together with one, value by value, because they are tied or their lists are paired."""
     sweep = file["sweep"].attrs

@@ -3,7 +3,7 @@
 
 The beam is a line of points at rest with the vectors `displacement` and `velocity` at true scale: Warp By Vector moves it,
 with the factor chosen there. `moment` and `stress` are those at the positions of &stress, NaN elsewhere. Each side of a stop is a
-point with the vector `contact_force` on the beam.
+point with the vector `contact_force` on the beam, and so is each side of a body, which moves with the body.
 """
 
 import argparse
@@ -30,9 +30,8 @@ class Motion:
             node = group["x"][()]
             places = file["stress/position"][()] if "stress" in file else np.array([])
             self.along = np.unique(np.concatenate([node, places]))
-            # counted from where the root is at first
-            displacement = plots.values_of(group, "displacement")
-            self.displacement = plot_scene.cubics(node, self.along, displacement - displacement[0, 0], group["slope"][()])
+            displacement = plots.values_of(group, "displacement") + plots.height_of_release(file)
+            self.displacement = plot_scene.cubics(node, self.along, displacement, group["slope"][()])
             self.velocity = plot_scene.cubics(node, self.along, group["velocity"][()], group["slope_velocity"][()])
             self.of_places = {}
             for name in ("moment", "stress"):
@@ -49,18 +48,27 @@ class Motion:
         return np.abs(time[:, None] - self.time).argmin(axis=0)
 
     def read_contacts(self, file, length):
-        """Place of each side of a stop, and the force of each on the beam, upwards positive, at the instants of the shapes."""
+        """Place of each side of a stop or body, how it moves, and its force on the beam, upwards positive, at the instants of the
+        shapes."""
         self.places, self.forces = np.zeros((0, 2)), np.zeros((len(self.time), 0))
         response = file["response"] if "response" in file else {}
+        bodies = []
         if "surfaces" in file and "force" in file["surfaces"]:
             group = file["surfaces"]
-            self.places = np.stack([group["position"][()], plots.values_of(group, "height")], axis=1)
-            self.forces = (group["side"][()][:, None] * group["force"][()])[:, self.nearest(group)].T
+            names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()
+            # floors and ceilings do not meet the beam
+            own = [row for row, name in enumerate(names) if not name.endswith(("floor", "ceiling"))]
+            self.places = np.stack([group["position"][()], plots.values_of(group, "height")], axis=1)[own]
+            self.forces = (group["side"][()][:, None] * group["force"][()])[own][:, self.nearest(group)].T
+            bodies = list(enumerate(group["body"][own])) if "body" in group else []
         elif "contact_force" in response and "scene/stop" in file:
-            stop = file["scene/stop"].attrs
-            unit = float(file["scene/scales"].attrs["displacement"]) if "units" in file.attrs else 1.0
-            self.places = np.array([[float(stop["position"]) * length, float(stop["preload"]) * unit]])
+            self.places = np.array([[float(file["scene/stop"].attrs["position"]) * length, plots.height_of_release(file)]])
             self.forces = response["contact_force"][()][self.nearest(response)][:, None]
+        self.moved = {"displacement": np.zeros_like(self.forces), "velocity": np.zeros_like(self.forces)}
+        for column, body in bodies:
+            for name, values in self.moved.items():
+                if body > 0 and name in file["bodies"]:
+                    values[:, column] = file["bodies"][name][body - 1][self.nearest(file["bodies"])]
 
 
 def upright(values):
@@ -73,8 +81,8 @@ def write(path, motion):
     instants, (on_beam, contacts) = len(motion.time), (len(motion.along), len(motion.places))
     points, lines = on_beam + contacts, on_beam - 1
     beside, before = np.full((instants, contacts), np.nan), np.zeros((instants, on_beam))
-    none = np.zeros((instants, contacts))
-    data = {"displacement": upright(np.hstack([motion.displacement, none])), "velocity": upright(np.hstack([motion.velocity, none])),
+    data = {"displacement": upright(np.hstack([motion.displacement, motion.moved["displacement"]])),
+            "velocity": upright(np.hstack([motion.velocity, motion.moved["velocity"]])),
             "contact_force": upright(np.hstack([before, motion.forces]))}
     data.update({name: np.hstack([values, beside]) for name, values in motion.of_places.items()})
     # in memory first, because h5py crashes on a full disk

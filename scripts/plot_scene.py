@@ -235,9 +235,8 @@ class Scene:
         group = file["shapes"]
         node = plain(group, "x")
         self.shape_tau = plain(group, "tau")
-        value = plain(group, "displacement")
-        # the root is where it always was
-        self.shape = self.unit * cubics(node, self.x, value - value[:, :1], plain(group, "slope"))
+        value = plain(group, "displacement") + plots.height_of_release(file, "dimensionless")
+        self.shape = self.unit * cubics(node, self.x, value, plain(group, "slope"))
 
     def read_start(self, scene):
         """How the motion starts; if the beam is released, position and displacement of that point."""
