@@ -60,6 +60,7 @@ class Diagram:
             self.labels = [plots.with_unit(each.replace("_", " "), plots.unit_of(group, each)) for each in together]
             self.sections = group[name][()][cases]
             self.section_unit = plots.unit_of(group, name)
+            self.of_point = POINTS[point] if point == "tip" or "stop" in file["scene"] else "relative to body 1"
             is_fixed = quantity == "displacement" and not any(word in each for each in names for word in ("preload", "height", "clearance"))
             self.levels = self.read_levels(file, point) if is_fixed else []
             self.is_back = group["direction"][()][cases] < 0 if "direction" in group else np.zeros(len(cases), bool)
@@ -114,7 +115,7 @@ class Diagram:
         return wanted
 
 
-def draw_sections(axes, diagram, quantity, point):
+def draw_sections(axes, diagram, quantity):
     """A point for each section kept."""
     factor, unit = diagram.prefix(diagram.sections)
     for level in diagram.levels:
@@ -124,7 +125,7 @@ def draw_sections(axes, diagram, quantity, point):
         there = np.repeat(diagram.values[chosen], diagram.sections.shape[1])
         axes.plot(there, factor*diagram.sections[chosen].ravel(), ".", color=colour, markersize=6.0 if chosen[0] else 3.5,
                   markeredgewidth=0, label=label, rasterized=True)
-    axes.set_ylabel(plots.with_unit(f"{LABELS[quantity]}\n{POINTS[point]}", unit))
+    axes.set_ylabel(plots.with_unit(f"{LABELS[quantity]}\n{diagram.of_point}", unit))
     if diagram.is_back.any() or diagram.levels:
         axes.legend(loc="best")
 
@@ -159,7 +160,7 @@ def draw_exponent(axes, diagram):
     axes.set_ylabel(plots.with_unit("Lyapunov\nexponent", diagram.exponent_unit))
 
 
-def draw(diagram, quantity, point):
+def draw(diagram, quantity):
     """The figure of one file."""
     panels = diagram.panels()
     figure, rows = plt.subplots(len(panels), 1, sharex=True, squeeze=False, layout="constrained",
@@ -167,7 +168,7 @@ def draw(diagram, quantity, point):
                                 gridspec_kw={"height_ratios": [height for _, height in panels]})
     for axes, (name, _) in zip(rows[:, 0], panels):
         if name == "sections":
-            draw_sections(axes, diagram, quantity, point)
+            draw_sections(axes, diagram, quantity)
         elif name == "amplitude":
             draw_amplitude(axes, diagram)
         else:
@@ -190,8 +191,7 @@ def main():
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, NAME_bifurcation.png")
     arguments = parser.parse_args()
     for path in arguments.files:
-        figure = draw(Diagram(path, arguments.quantity, arguments.point, arguments.chain), arguments.quantity,
-                      arguments.point)
+        figure = draw(Diagram(path, arguments.quantity, arguments.point, arguments.chain), arguments.quantity)
         plots.save(figure, arguments.out or plots.beside(path, "bifurcation"))
 
 

@@ -442,8 +442,9 @@ contains
 
       character(*), parameter :: name(section_values) = [character(32) :: 'section_displacement_stop', &
          'section_velocity_stop', 'section_displacement_tip', 'section_velocity_tip']
-      character(*), parameter :: meaning(section_values) = [character(80) :: 'displacement of the stop from which ' &
-         //'the beam is released, in sections', 'its velocity', 'displacement of the tip in sections', 'its velocity']
+      character(*), parameter :: meaning(section_values) = [character(112) :: 'displacement of the beam at the ' &
+         //'stop of the release, without a stop relative to the first body, in sections', 'its velocity', &
+         'displacement of the tip in sections', 'its velocity']
       integer :: i
 
       do i = 1, section_values
