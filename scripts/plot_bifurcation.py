@@ -5,6 +5,7 @@ increasing and decreasing in two colours, with the surface of the stop. Below it
 """
 
 import argparse
+import re
 from pathlib import Path
 
 import impactbeam_plots as plots
@@ -15,6 +16,8 @@ import numpy as np
 INCREASING, DECREASING, LINEAR = plots.COLOURS[2], plots.COLOURS[1], plots.COLOURS[5]
 LABELS = {"displacement": "displacement in sections", "velocity": "velocity in sections"}
 POINTS = {"tip": "of the tip", "stop": "of the stop point"}
+# Parameters of contacts alone: the linear beam does not depend on them.
+OF_CONTACTS = re.compile(r"((stop|body)_\d+_)?(floor_)?(restitution|((branch_)?stiffness|damper|branch)(_ratio)?)")
 
 
 def chains_of(group, others):
@@ -69,6 +72,8 @@ class Diagram:
                 self.exponent = group["lyapunov_exponent"][()][cases]
                 self.exponent_unit = plots.unit_of(group, "lyapunov_exponent")
             self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
+            # the linear beam was computed with the values of the scene
+            self.of_scene = [each for each in names if each != self.parameter and not OF_CONTACTS.fullmatch(each)]
             self.greatest = None
             if self.linear is not None:
                 extremes = [f"{end}imum_{'tip' if point == 'tip' else 'displacement'}" for end in ("min", "max")]
@@ -143,7 +148,8 @@ def ways(diagram):
 def draw_amplitude(axes, diagram):
     """The linear beam's amplitude, and half the range of the motion where the sweep has it."""
     factor, unit = diagram.prefix(diagram.linear[1])
-    axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label="linear, stops open")
+    axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label=", ".join(["linear, stops open", *(
+        f"{each} of the scene" for each in diagram.of_scene)]))
     if diagram.greatest is not None:
         for label, colour, chosen in ways(diagram):
             axes.plot(diagram.values[chosen], factor*diagram.greatest[chosen], color=colour, label=label)

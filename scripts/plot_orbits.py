@@ -7,6 +7,7 @@ Plots what the results files hold and computes nothing.
 """
 
 import argparse
+import re
 from pathlib import Path
 
 import impactbeam_plots as plots
@@ -20,13 +21,20 @@ MARKS = {"fold": ("o", "fold"), "period_doubling": ("s", "period doubling"), "ne
          "grazing": ("x", "grazing"), "lost": ("|", "lost")}
 
 
-def sections_of(path):
-    """Parameter and sections of the tip of all cases of a sweep."""
+def sections_of(path, parameter, unit, unit_of_tip):
+    """Parameter and sections of the tip of all cases of a sweep over the parameter of the branches, in the units of these."""
     with plots.open_results(path) as file:
         group = plots.group_of(file, "sweep", "&sweep")
         if "section_displacement_tip" not in group:
             raise plots.Unplottable(f"{path}: has no sections: its scene has no &poincare")
-        name = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")][-1]
+        names = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")]
+        name = next((each for each in names if re.fullmatch(rf"(force|base)_\d+_{parameter}(_ratio)?", each)), None)
+        if name is None:
+            raise plots.Unplottable(f"{path}: its sweep does not vary the {parameter} of a load, as the branches do")
+        if [plots.unit_of(group, each) for each in (name, "section_displacement_tip")] != [unit, unit_of_tip]:
+            raise plots.Unplottable(f"{path}: is in other units than the branches")
+        if float(file["scene/poincare"].attrs["phase"]) % 360.0 != 0.0:
+            raise plots.Unplottable(f"{path}: has its sections at another phase of the load than 0, that of the branches")
         sections = group["section_displacement_tip"][()]
         return np.repeat(group[name][()], sections.shape[1]), sections.ravel()
 
@@ -68,14 +76,15 @@ def draw(path, sweep):
         for number, branch in enumerate(branches):
             draw_branch(axes, branch, plots.COLOURS[number % len(plots.COLOURS)], factor, shown)
         axes.set_ylabel(plots.with_unit("displacement of the tip at phase 0 of the load,\nup from the unstressed beam", unit))
-        unit = plots.text_of(branches[0]["parameter"].attrs["units"])
+        unit_of_tip = plots.unit_of(branches[0], "displacement_tip")
+        unit = plots.unit_of(branches[0], "parameter")
         parameter = plots.text_of(file["scene/orbit"].attrs["parameter"])
-        axes.set_xlabel(plots.with_unit(f"{parameter} of the load", "" if unit == "1" else unit))
+        axes.set_xlabel(plots.with_unit(f"{parameter} of the load", unit))
         axes.set_title(plots.title_of(file))
         values = np.concatenate([branch["parameter"][()] for branch in branches])
         stable = np.concatenate([branch["is_stable"][()] for branch in branches]) > 0
     if sweep:
-        value, sections = sections_of(sweep)
+        value, sections = sections_of(sweep, parameter, unit, unit_of_tip)
         axes.plot(value, factor * sections, linestyle="none", marker=".", markersize=2.5, color="#b8b8b8",
                   label="sections of the sweep", zorder=0)
     margin = 0.01 * np.ptp(values)
