@@ -3,7 +3,7 @@
 module phase_integrals
    use kinds, only: wp
    use motion_intervals, only: output_row_t
-   use phase_rows, only: is_on_path, signal_of_row
+   use phase_rows, only: is_integrable, signal_of_row
    use phase_state, only: phase_state_t
    use row_integrals, only: find_row_interval_terms, integrate_rows, make_row_form
    use row_signals, only: row_signal_t
@@ -13,8 +13,8 @@ module phase_integrals
 
 contains
 
-   !> Integrals of signals without slope, and of their squares, over a part of a phase that the path covers.
-   subroutine integrate_on_path(self, from, length, signals, first, second)
+   !> Integrals of signals, and of their squares, over a part of a phase.
+   subroutine integrate_on_path(self, from, length, signals, first, second, has_digits)
       type(phase_state_t), intent(inout) :: self
       !> Start of the part, since the start of the phase
       real(wp), intent(in) :: from
@@ -25,6 +25,8 @@ contains
       real(wp), intent(out) :: first(:)
       !> Integral of the square of each signal, [signals]; absent: not requested
       real(wp), intent(out), optional :: second(:)
+      !> Receives false if the squares lose their digits, as in `integrate_rows`
+      logical, intent(inout), optional :: has_digits
 
       associate (set => self%set)
          if (.not. allocated(set%shared%form)) then
@@ -32,7 +34,8 @@ contains
             call make_row_form(set%shared%basis, set%shared%form)
          end if
          call find_row_interval_terms(set%shared%basis, set%shared%form, self%path%z(:, :, 0), from, length, self%span)
-         call integrate_rows(set%shared%basis, set%shared%form, self%span, signals, first, second)
+         call integrate_rows(set%shared%basis, set%shared%form, self%span, signals, first, second, &
+            has_digits)
       end associate
    end subroutine integrate_on_path
 
@@ -41,7 +44,7 @@ contains
       type(phase_state_t), intent(inout) :: self
       !> End of the integrals, since the start of the phase
       real(wp), intent(in) :: length
-      !> Whether the path covers the integrals
+      !> Whether they follow from the terms of rows
       logical, intent(out) :: has_integrals
       !> Integrals of the squared indentation rates, [compliant contacts of the set]
       real(wp), intent(out) :: second(:)
@@ -53,11 +56,12 @@ contains
       has_integrals = size(second) > 0
       do j = 1, size(second)
          associate (k => self%set%compliant(j))
-            has_integrals = is_on_path(self, length, output_row_t(k))
-            if (has_integrals) signals(j) = signal_of_row(self, output_row_t(k))
-            if (has_integrals) has_integrals = .not. abs(signals(j)%slope) > 0.0_wp
+            has_integrals = is_integrable(self, output_row_t(k))
             if (.not. has_integrals) return
-            signals(j) = row_signal_t(row=signals(j)%row, factor=0.0_wp, rate_factor=1.0_wp)
+            ! the rate of a gap has its slope as a constant
+            signals(j) = signal_of_row(self, output_row_t(k))
+            signals(j) = row_signal_t(row=signals(j)%row, factor=0.0_wp, rate_factor=signals(j)%factor, &
+               offset=signals(j)%slope)
          end associate
       end do
       if (has_integrals) call integrate_on_path(self, 0.0_wp, length, signals, first, second)

@@ -15,7 +15,7 @@ module phase_intervals
    use phase_curves, only: signal_curve_t
    use phase_integrals, only: integrate_on_path
    use phase_losses, only: advance_contact, impulse_in, loss_of_contact
-   use phase_rows, only: can_square_rows, is_on_path, signal_of_row
+   use phase_rows, only: can_square_rows, is_integrable, is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
    use phase_sums, only: find_acceleration, find_sums, integrate_accelerations
    use response_types, only: settling_level
@@ -321,7 +321,7 @@ contains
       type(output_row_t) :: rows(2*self%contacts + 1)
       type(row_signal_t) :: signals(size(rows))
       real(wp), dimension(size(rows)) :: row_integral, square_integral
-      logical :: are_on_path
+      logical :: are_rows
       ! index of the displacement at the tip among the rows; 0: the tip is at no contact
       integer :: tip_place
       ! numbers of rows and of sums
@@ -347,18 +347,19 @@ contains
          end do
          n = n + 1
          rows(n) = output_row_t(self%tip_row())
-         are_on_path = can_square_rows(now)
+         are_rows = can_square_rows(now)
          ! a tip at a contact needs no sum of its own
          m = merge(n - 1, n, tip_place > 0)
          do i = 1, m
-            are_on_path = are_on_path .and. is_on_path(now, self%length, rows(i))
-            if (.not. are_on_path) exit
+            if (are_rows) are_rows = is_integrable(now, rows(i))
+            if (.not. are_rows) exit
             signals(i) = signal_of_row(now, rows(i))
-            are_on_path = .not. abs(signals(i)%slope) > 0.0_wp
          end do
-         if (are_on_path) then
+         if (are_rows) then
             call integrate_on_path(now, span(1), span(2) - span(1), signals(:m), row_integral(:m), &
-               square_integral(:m))
+               square_integral(:m), are_rows)
+         end if
+         if (are_rows) then
             if (tip_place > 0) then
                row_integral(n) = now%beam%tip_sign(rows(tip_place)%number)*row_integral(tip_place)
                square_integral(n) = square_integral(tip_place)
@@ -471,13 +472,11 @@ contains
       real(wp) :: integral_of_force(1)
       type(row_signal_t) :: force
 
-      if (is_on_path(self%now, self%length, output_row_t(self%force_row(k)))) then
+      if (is_integrable(self%now, output_row_t(self%force_row(k)))) then
          force = signal_of_row(self%now, output_row_t(self%force_row(k)))
-         if (.not. abs(force%slope) > 0.0_wp) then
-            call integrate_on_path(self%now, 0.0_wp, time, [force], integral_of_force)
-            impulse = integral_of_force(1)
-            return
-         end if
+         call integrate_on_path(self%now, 0.0_wp, time, [force], integral_of_force)
+         impulse = integral_of_force(1)
+         return
       end if
       impulse = impulse_in(self%now, k, time)
    end function impulse

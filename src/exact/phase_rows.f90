@@ -14,34 +14,40 @@ module phase_rows
    use row_basis, only: has_terms, make_row_basis, row_basis_t, set_row
    use row_search, only: search_rows
    use row_signals, only: max_steps, row_signal_t
+   use set_motions, only: exponents_of, is_unsuitable, min_modulus
    implicit none (type, external)
    private
-   public :: can_search_rows, can_square_rows, search_contacts, is_on_path, signal_of_row
-
-   !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
-   !> the amplitudes of the two terms become too large.
-   real(wp), parameter :: min_spread = 0.02_wp
-   !> Limits of |s|, per unit of tau, far inside the range where |s|**6 and |s|**7, which bound the derivatives of a
-   !> row, neither overflow nor underflow.
-   real(wp), parameter :: min_modulus = 1.0e-3_wp, max_modulus = 1.0e20_wp
+   public :: can_search_rows, can_square_rows, search_contacts, is_integrable, is_on_path, signal_of_row
 
 contains
 
-   !> Whether all contacts of the phase can be searched simultaneously. At the first use the output rows of the set are
-   !> made.
+   !> Whether all contacts of the phase can be searched simultaneously.
    logical function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
 
       can = .false.
-      ! separate searches are faster without loads, and for the gap of a single rigid contact, whose low flights
-      ! `short_flights` finds
-      if (self%is_at_rest .or. self%loads%count == 0 .or. .not. any(self%states%is_active)) return
-      if (count(self%states%is_active) == 1 .and. any(self%states%is_active .and. self%states%is_rigid)) return
+      ! separate searches are faster without loads
+      if (self%loads%count == 0 .or. .not. any(self%states%is_active)) return
+      ! ... and, unless a load rises or falls, for the gap of a single rigid contact, whose low flights `short_flights`
+      ! finds
+      if (count(self%states%is_active) == 1 .and. any(self%states%is_active .and. self%states%is_rigid)) then
+         if (.not. any(abs(self%forced%slope) > 0.0_wp)) return
+      end if
+      can = has_rows(self)
+   end function can_search_rows
+
+   !> Whether the motion of the phase is a sum of the terms of output rows. At the first use the output rows of the set
+   !> are made.
+   logical function has_rows(self) result(has)
+      type(phase_state_t), intent(inout) :: self
+
+      has = .false.
+      if (self%is_at_rest .or. self%loads%count == 0) return
       ! modes driven from rest, and surrogate harmonics of slow loads, are not among the terms of the set
       if (size(self%forced%pair) > 0 .or. size(self%forced%frequency) /= size(self%loads%frequencies)) return
       if (.not. self%set%has_rows) call make_rows(self)
-      can = self%set%can_search_rows
-   end function can_search_rows
+      has = self%set%can_search_rows
+   end function has_rows
 
    !> Whether squares of rows can be integrated. The quadratic form of the rows would lose the small values of a slow
    !> harmonic in the rounding error of its large amplitude.
@@ -66,9 +72,9 @@ contains
       n = size(self%states)
       associate (set => self%set)
          set%has_rows = .true.
-         allocate (exponent, source=exponents_of(self))
+         allocate (exponent, source=exponents_of(self%set))
          set%motion_terms = size(exponent)
-         set%can_search_rows = .not. is_unsuitable(self, exponent)
+         set%can_search_rows = .not. is_unsuitable(self%set, exponent)
          if (.not. set%can_search_rows) return
          exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
          set%gap_row = [(0, k=1, n)]
@@ -129,43 +135,6 @@ contains
       end associate
    end subroutine set_coefficients
 
-   !> Exponents of the motion of the set without loads: one of each conjugate pair, and both of each overdamped mode.
-   pure function exponents_of(self) result(exponent)
-      type(phase_state_t), intent(in) :: self
-      complex(wp), allocatable :: exponent(:)
-
-      if (size(self%set%compliant) > 0) then
-         exponent = self%set%coupled%exponent
-      else
-         associate (oscillators => self%set%constrained%oscillators)
-            associate (n => oscillators%count, underdamped => oscillators%underdamped)
-               exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:underdamped), &
-                  0.0_wp*oscillators%spread(underdamped + 1:n)], wp), &
-                  cmplx(-oscillators%decay(underdamped + 1:n) - 2.0_wp*oscillators%spread(underdamped + 1:n), 0.0_wp, &
-                  wp)]
-            end associate
-         end associate
-      end if
-   end function exponents_of
-
-   !> Whether the exponents do not suit the rows, because amplitudes or bounds would be out of range, or because some
-   !> modes with nodes at all compliant contacts (`inactive`) have no exponents among them.
-   pure logical function is_unsuitable(self, exponent) result(is)
-      type(phase_state_t), intent(in) :: self
-      complex(wp), intent(in) :: exponent(:)
-
-      is = size(exponent) == 0
-      if (is) return
-      is = any(abs(exponent) > max_modulus) .or. any(abs(exponent) < min_modulus)
-      if (size(self%set%compliant) > 0) then
-         is = is .or. size(self%set%coupled%inactive) > 0
-      else
-         associate (oscillators => self%set%constrained%oscillators)
-            is = is .or. any(oscillators%spread(:oscillators%count) < min_spread*oscillators%frequency)
-         end associate
-      end if
-   end function is_unsuitable
-
    !> Coefficients of an output row per unit amplitude of each term.
    pure function coefficients_of(self, k, kind) result(coefficient)
       type(phase_state_t), intent(in) :: self
@@ -192,7 +161,7 @@ contains
          else
             ! a mode exp(s t) contributes 1 + 2 zeta s = -s (s + alpha)/W^2 to a reaction: a form without cancellation
             ! (alpha: rate of mass-proportional damping)
-            associate (s => exponents_of(self))
+            associate (s => exponents_of(self%set))
                coefficient = of_modes(constrained%reaction(findloc(constrained%closed, k, dim=1), &
                   :)/constrained%oscillators%square)
                coefficient = -s*(s + of_modes(constrained%oscillators%mass_rate(:constrained%count)))*coefficient
@@ -226,6 +195,7 @@ contains
       integer :: k, n
 
       self%span%length = -1.0_wp
+      self%path%is_begun = .true.
       associate (set => self%set, path => self%path, basis => self%set%shared%basis)
          n = size(basis%decay)
          if (allocated(path%z)) then
@@ -453,6 +423,19 @@ contains
          signals(first)%max_value > 64.0_wp*signals(first)%rounding
    end function passes_undeformed
 
+   !> Whether integrals of this output row follow from the terms of rows. The path of the phase is begun if no search
+   !> has begun it.
+   logical function is_integrable(self, row) result(is)
+      type(phase_state_t), intent(inout) :: self
+      type(output_row_t), intent(in) :: row
+
+      if (.not. self%path%is_begun) then
+         if (has_rows(self)) call start_path(self)
+      end if
+      is = self%path%is_begun
+      if (is) is = is_output_row(self, row)
+   end function is_integrable
+
    !> Whether the path of the simultaneous search covers the phase, and this output row can be evaluated from the path.
    pure logical function is_on_path(self, length, row) result(is)
       type(phase_state_t), intent(in) :: self
@@ -460,13 +443,22 @@ contains
       real(wp), intent(in) :: length
       type(output_row_t), intent(in) :: row
 
-      associate (path => self%path, contacts => size(self%states))
-         is = path%is_complete .and. row%number <= 2*contacts + 1 .and. row%order == 0
-         if (is) is = path%time(path%steps) >= length
+      is = self%path%is_complete
+      if (is) is = self%path%time(self%path%steps) >= length
+      if (is) is = is_output_row(self, row)
+   end function is_on_path
+
+   !> Whether a row requested by observers is a combination of output rows.
+   pure logical function is_output_row(self, row) result(is)
+      type(phase_state_t), intent(in) :: self
+      type(output_row_t), intent(in) :: row
+
+      associate (contacts => size(self%states))
+         is = row%number <= 2*contacts + 1 .and. row%order == 0
          if (is .and. row%number /= contacts + 1) is = is_row(self, mod(row%number - 1, contacts + 1) + 1, &
             merge(end_force, observed_gap, row%number > contacts))
       end associate
-   end function is_on_path
+   end function is_output_row
 
    !> An output row requested by observers, as a signal on the path of the simultaneous search.
    pure type(row_signal_t) function signal_of_row(self, row) result(signal)

@@ -136,6 +136,7 @@ contains
 
       self%force_signal_at = 0
       self%history_of = 0
+      self%path%is_begun = .false.
       self%path%is_complete = .false.
       self%undeformed_at(:) = huge(1.0_wp)
       self%node_depth = sum(self%states%indentation, mask=self%states%is_node)

@@ -19,7 +19,7 @@ module applied_loads
    !> A mode is slow if its static displacement under the loads, estimated as their maximum amplitude over W^2, exceeds
    !> this number of units of displacement, or its quasi-static velocity under the slopes of a table, estimated
    !> likewise, this number per unit of tau: gaps computed relative to such a response would lose too many digits.
-   real(wp), parameter :: max_units = 1.0e2_wp
+   real(wp), parameter :: max_units = 1.0e3_wp
    !> A harmonic load drives slow modes from rest only if its frequency times the time for which it is active is less
    !> than this value, because phases then end after two periods of the load (docs/theory.md, section 18).
    real(wp), parameter :: max_phases = 1.0e4_wp

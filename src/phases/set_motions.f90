@@ -10,9 +10,53 @@ module set_motions
    use power_integrals, only: find_interval_terms
    implicit none (type, external)
    private
-   public :: find_end_terms, state_in, state_of_terms, point_response
+   public :: find_end_terms, state_in, state_of_terms, point_response, exponents_of, is_unsuitable, min_modulus
+
+   !> Minimum of half the difference of the two exponents of a mode over the modal frequency; nearer to critical damping
+   !> the amplitudes of the two terms become too large.
+   real(wp), parameter :: min_spread = 0.02_wp
+   !> Limits of |s|, per unit of tau, far inside the range where |s|**6 and |s|**7, which bound the derivatives of a
+   !> row, neither overflow nor underflow.
+   real(wp), parameter :: min_modulus = 1.0e-3_wp, max_modulus = 1.0e20_wp
 
 contains
+
+   !> Exponents of the motion of the set without loads: one of each conjugate pair, and both of each overdamped mode.
+   pure function exponents_of(set) result(exponent)
+      type(contact_set_t), intent(in) :: set
+      complex(wp), allocatable :: exponent(:)
+
+      if (size(set%compliant) > 0) then
+         exponent = set%coupled%exponent
+      else
+         associate (oscillators => set%constrained%oscillators)
+            associate (n => oscillators%count, underdamped => oscillators%underdamped)
+               exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:underdamped), &
+                  0.0_wp*oscillators%spread(underdamped + 1:n)], wp), &
+                  cmplx(-oscillators%decay(underdamped + 1:n) - 2.0_wp*oscillators%spread(underdamped + 1:n), 0.0_wp, &
+                  wp)]
+            end associate
+         end associate
+      end if
+   end function exponents_of
+
+   !> Whether the exponents do not suit the rows, because amplitudes or bounds would be out of range, or because some
+   !> modes with nodes at all compliant contacts (`inactive`) have no exponents among them.
+   pure logical function is_unsuitable(set, exponent) result(is)
+      type(contact_set_t), intent(in) :: set
+      complex(wp), intent(in) :: exponent(:)
+
+      is = size(exponent) == 0
+      if (is) return
+      is = any(abs(exponent) > max_modulus) .or. any(abs(exponent) < min_modulus)
+      if (size(set%compliant) > 0) then
+         is = is .or. size(set%coupled%inactive) > 0
+      else
+         associate (oscillators => set%constrained%oscillators)
+            is = is .or. any(oscillators%spread(:oscillators%count) < min_spread*oscillators%frequency)
+         end associate
+      end if
+   end function is_unsuitable
 
    !> Response of the set's modes to a unit force at contact k, [modes]: the modal forces over `divisor` (W^2: static
    !> displacements). If each mode has its own damping ratio, closed rigid contacts are not constraints of the set: they

@@ -183,6 +183,10 @@ contains
 
       ! highest even power, over 2, of the series in theta: for n = 26 and theta = 2 the term theta^n/n! is below 1e-17
       integer, parameter :: pairs = 12
+      ! implied-do variable of the following constant
+      integer :: m
+      ! 1/m!
+      real(wp), parameter :: inverse_factorial(0:2*pairs + 1) = [(1.0_wp/gamma(real(m + 1, wp)), m=0, 2*pairs + 1)]
       ! coefficients of the series in even powers (real part) and odd powers (imaginary part) of theta
       real(wp) :: even(0:pairs), odd(0:pairs)
       ! coefficients of the powers of v = t/h, times h
@@ -206,8 +210,8 @@ contains
       if (highest < 0) return
       scaled = power*band%length**[1, 2, 3, 4]
       do n = 0, pairs
-         even(n) = sum([(scaled(k)/real(2*n + k + 1, wp), k=0, highest)])/gamma(real(2*n + 1, wp))
-         odd(n) = -sum([(scaled(k)/real(2*n + k + 2, wp), k=0, highest)])/gamma(real(2*n + 2, wp))
+         even(n) = sum([(scaled(k)/real(2*n + k + 1, wp), k=0, highest)])*inverse_factorial(2*n)
+         odd(n) = -sum([(scaled(k)/real(2*n + k + 2, wp), k=0, highest)])*inverse_factorial(2*n + 1)
       end do
       !$omp simd private(closed_re, closed_im, integral_re, integral_im, inverse, k, n, next_re, series_re, series_im) &
       !$omp& private(square, theta)

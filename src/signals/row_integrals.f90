@@ -162,20 +162,24 @@ contains
       end do
    end subroutine find_row_interval_terms
 
-   !> Integrals of signals without slope, and of their squares. Signals made of the same rows share their sums: the
-   !> square of f y + g y' is f^2 y^2 + f g d(y^2)/dt + g^2 y'^2.
-   pure subroutine integrate_rows(basis, form, span, signals, first, second)
+   !> Integrals of signals, and of their squares. Signals made of the same rows share their sums: the square of
+   !> f y + g y' is f^2 y^2 + f g d(y^2)/dt + g^2 y'^2.
+   pure subroutine integrate_rows(basis, form, span, signals, first, second, has_digits)
       type(row_basis_t), intent(in) :: basis
       type(row_form_t), intent(in) :: form
       !> From `find_row_interval_terms`; receives the sums of rows
       type(row_interval_terms_t), intent(inout) :: span
-      !> Signals whose `slope` is zero
       type(row_signal_t), intent(in) :: signals(:)
       !> Integral of each signal, [signals]
       real(wp), intent(out) :: first(:)
       !> Integral of the square of each signal, [signals]; absent: not requested
       real(wp), intent(out), optional :: second(:)
+      !> Receives false if the response to a load that rises or falls is so much larger than the motion that the square
+      !> of a signal would lose its digits
+      logical, intent(inout), optional :: has_digits
 
+      ! minimum of the mean square of a signal over the largest square of one of its terms
+      real(wp), parameter :: min_square = 1.0e-7_wp
       ! a square that is a smaller fraction of the squares of its two parts would lose digits
       real(wp), parameter :: min_fraction = 1.0e-3_wp
       ! integral of f y + g y'
@@ -185,6 +189,8 @@ contains
       ! integral of (f y + g y')^2
       real(wp) :: square
       real(wp) :: sums(square_sum, 1)
+      ! value of offset + slope t at the start of the part
+      real(wp) :: offset
       ! index of the row y in the sums
       integer :: value
       ! index of the rate y' in the sums
@@ -197,7 +203,8 @@ contains
             value = index_of(basis, signal%row, 0)
             rate = index_of(basis, signal%row, 1)
             total = f*span%sums(integral_sum, value) + g*span%sums(integral_sum, rate)
-            first(i) = signal%offset*span%length + total
+            offset = signal%offset + signal%slope*span%from
+            first(i) = (offset + 0.5_wp*signal%slope*span%length)*span%length + total
             if (.not. present(second)) cycle
             separate = f**2*span%sums(square_sum, value) + g**2*span%sums(square_sum, rate)
             square = separate + f*g*span%sums(change_sum, value)*(2.0_wp*span%sums(start_sum, value) &
@@ -208,10 +215,37 @@ contains
                   [size(basis%decay), 2, 1]), [1], sums)
                square = sums(square_sum, 1)
             end if
-            second(i) = square + signal%offset*(signal%offset*span%length + 2.0_wp*total)
+            second(i) = square + offset*(offset*span%length + 2.0_wp*total)
+            if (.not. abs(signal%slope) > 0.0_wp) cycle
+            associate (c => f*basis%coefficient(:, :, value) + g*basis%coefficient(:, :, rate))
+               second(i) = second(i) + signal%slope*((offset + signal%slope*span%length/3.0_wp)*span%length**2 &
+                  + 2.0_wp*integral_with_time(basis%terms, form, span, c))
+               if (present(has_digits)) has_digits = has_digits .and. second(i) >= min_square*span%length &
+                  *max(offset**2, maxval((c(:, 1)**2 + c(:, 2)**2)*(span%start(:, 1)**2 + span%start(:, 2)**2)))
+            end associate
          end associate
       end do
    end subroutine integrate_rows
+
+   !> Integral of a row times the time since the start of the part: each term z exp(s t) contributes the integral of z t
+   !> exp(s t), (length z_end - integral of z exp(s t))/s.
+   pure real(wp) function integral_with_time(terms, form, span, coefficient) result(total)
+      integer, intent(in) :: terms
+      type(row_form_t), intent(in) :: form
+      type(row_interval_terms_t), intent(in) :: span
+      !> Coefficients of the terms, real part and minus imaginary part, [padded terms, 2]
+      real(wp), intent(in) :: coefficient(:, :)
+
+      real(wp) :: part(2)
+      integer :: m
+
+      total = 0.0_wp
+      do m = 1, terms
+         part = span%length*(span%start(m, :) + span%change(m, :)) - span%integral(m, :)
+         total = total + coefficient(m, 1)*(part(1)*form%inverse(m, 1) - part(2)*form%inverse(m, 2)) &
+            + coefficient(m, 2)*(part(1)*form%inverse(m, 2) + part(2)*form%inverse(m, 1))
+      end do
+   end function integral_with_time
 
    !> Compute the sums of all rows, and of the rates of rows, of which some signals are made.
    pure subroutine find_row_sums(basis, form, span, signals, columns)

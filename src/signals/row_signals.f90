@@ -54,6 +54,8 @@ module row_signals
    type :: row_path_t
       !> Number of steps, which is the index of the last node (the first is 0)
       integer :: steps = 0
+      !> Whether the amplitudes at the start of the phase are set
+      logical :: is_begun = .false.
       !> Whether the steps reach from the start to the end of the phase
       logical :: is_complete = .false.
       !> Time since the start of the phase, [nodes]
