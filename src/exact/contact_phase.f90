@@ -94,6 +94,7 @@ contains
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
       ! variations are converted at the instant at which a contact becomes undeformed, so that this ends a phase
       self%now%passes_undeformed = .not. allocated(motion%tangent)
+      self%now%needs_extremes = allocated(motion%observers%blocks)
       ! without loads, the terms exp(s t) alone give the dissipation
       if (self%now%loads%count == 0 .and. (motion%recorder%requested%energy .or. reads_losses(motion%observers))) then
          call prepare_losses(self%now%set, motion%recorder%requested%energy)

@@ -28,10 +28,10 @@ contains
       can = .false.
       ! separate searches are faster without loads
       if (self%loads%count == 0 .or. .not. any(self%states%is_active)) return
-      ! ... and, unless a load rises or falls, for the gap of a single rigid contact, whose low flights `short_flights`
-      ! finds
+      ! ... and for the gap of a single rigid contact, whose low flights `short_flights` finds, unless a load rises or
+      ! falls or the path has another use
       if (count(self%states%is_active) == 1 .and. any(self%states%is_active .and. self%states%is_rigid)) then
-         if (.not. any(abs(self%forced%slope) > 0.0_wp)) return
+         if (.not. (self%needs_extremes .or. any(abs(self%forced%slope) > 0.0_wp))) return
       end if
       can = has_rows(self)
    end function can_search_rows

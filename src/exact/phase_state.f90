@@ -84,6 +84,8 @@ module phase_state
       real(wp), allocatable :: colocated_sign(:)
       !> Whether the phase goes on when an open contact becomes undeformed
       logical :: passes_undeformed = .false.
+      !> Whether observers request extremes of rows in each phase, which the path of the simultaneous search gives
+      logical :: needs_extremes = .false.
       !> Time in the phase at which each contact becomes undeformed, [contacts]
       real(wp), allocatable :: undeformed_at(:)
       !> Steps of the simultaneous search of all contacts
