@@ -472,11 +472,14 @@ contains
       real(wp) :: integral_of_force(1)
       type(row_signal_t) :: force
 
-      if (is_integrable(self%now, output_row_t(self%force_row(k)))) then
-         force = signal_of_row(self%now, output_row_t(self%force_row(k)))
-         call integrate_on_path(self%now, 0.0_wp, time, [force], integral_of_force)
-         impulse = integral_of_force(1)
-         return
+      ! a single integral is not worth the terms of rows that no search has used
+      if (self%now%path%is_begun) then
+         if (is_integrable(self%now, output_row_t(self%force_row(k)))) then
+            force = signal_of_row(self%now, output_row_t(self%force_row(k)))
+            call integrate_on_path(self%now, 0.0_wp, time, [force], integral_of_force)
+            impulse = integral_of_force(1)
+            return
+         end if
       end if
       impulse = impulse_in(self%now, k, time)
    end function impulse
