@@ -1,7 +1,7 @@
 !> The study of &sweep: computation of all cases, results file and tables.
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
-   use analyses, only: analyse, of_beam, requested
+   use analyses, only: analyse, analysed_t, of_beam, requested
    use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: i8, wp
@@ -57,24 +57,28 @@ contains
       type(mesh_errors_t), allocatable :: errors
       type(case_beam_t) :: beam
       type(response_t) :: none
+      type(analysed_t), allocatable :: analysed(:)
       ! cases whose errors are estimated, and their numbers
       type(scene_t), allocatable :: sample(:)
       integer, allocatable :: numbers(:)
 
       call make_plan(scene, plan)
+      allocate (analysed(0))
+      if (is_first_rank() .and. any(requested(scene, of_beam))) then
+         ! analyses of the beam, for example its frequency response, are independent of the cases and need no run; they
+         ! come first, because the parts of the cases would remain after a failure
+         call choose_mesh(scene, beam)
+         if (allocated(beam%error)) then
+            error = beam%error
+         else
+            call analyse(scene, beam%model, run_settings_of(scene), none, analysed, error, of_beam)
+         end if
+      end if
       call run_plan(scene, plan, job, run, error)
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_chunks(scene, plan, survey, error)
       if (allocated(error)) return
-      allocate (survey%analysed(0))
-      if (any(requested(scene, of_beam))) then
-         ! analyses of the beam, for example its frequency response, are independent of the cases and need no run
-         call choose_mesh(scene, beam)
-         if (allocated(beam%error)) error = beam%error
-         if (allocated(error)) return
-         call analyse(scene, beam%model, run_settings_of(scene), none, survey%analysed, error, of_beam)
-         if (allocated(error)) return
-      end if
+      call move_alloc(analysed, survey%analysed)
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, run%workers, refined)
       if (scene%mesh%estimate) then
          allocate (errors)
