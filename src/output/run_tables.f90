@@ -74,12 +74,12 @@ contains
 
       ! a greater difference stands for runs that failed or ended before a comparison
       real(wp), parameter :: max_difference = 1.0e3_wp
-      character(:), allocatable :: words
+      character(:), allocatable :: label, words
 
-      if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
-      if (check%should_redistribute) call print_line(unit, '', &
-         'the consistent mass matrix overestimates the mass that takes part in ' &
-         //"impacts; mass = 'auto' is more accurate")
+      label = 'mesh check'
+      if (check%is_redistributed) call print_words('inertia redistributed at the stop')
+      if (check%should_redistribute) call print_words('the consistent mass matrix overestimates the mass that takes ' &
+         //"part in impacts; mass = 'auto' is more accurate")
       if (check%finer_elements == 0) return
       words = 'with '//to_text(check%finer_elements)//' elements '
       if (check%difference > max_difference) then
@@ -89,14 +89,24 @@ contains
       else
          words = words//phrase(units, 'the motion differs by ', 'displacement', check%difference)
       end if
-      call print_line(unit, '', words//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
+      call print_words(words//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
       if (check%is_converged) return
       if (check%is_cut) then
-         call print_line(unit, '', 'the tolerance is NOT reached: finer meshes would take long; '// &
-            '&mesh tolerance searches on')
+         call print_words('the tolerance is NOT reached: finer meshes would take long; &mesh tolerance searches on')
       else
-         call print_line(unit, '', 'finer meshes do NOT converge to the tolerance')
+         call print_words('finer meshes do NOT converge to the tolerance')
       end if
+
+   contains
+
+      !> Print words; the first of them have a label, because other lines may precede them.
+      subroutine print_words(text)
+         character(*), intent(in) :: text
+
+         call print_line(unit, label, text)
+         label = ''
+      end subroutine print_words
+
    end subroutine print_mesh
 
    !> Print how the motion differs with another number of modes; print nothing if no other number was tried.
