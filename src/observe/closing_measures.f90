@@ -185,7 +185,8 @@ contains
    end subroutine find_closing
 
    !> Bounces, bounce time, last opening and final closing from the events. An impact on a rigid stop is a closing and
-   !> an opening at the same instant. The contact counts as closed during an opening that is too short to count.
+   !> an opening at the same instant; if its flight is discarded, a capture at this instant follows, and the contact has
+   !> not opened. The contact counts as closed during an opening that is too short to count.
    subroutine count_bounces(response, number, duration, shortest, measures, has_short_opening)
       type(response_t), intent(in) :: response
       !> Number of the contact
@@ -242,7 +243,7 @@ contains
          if (.not. has_closed) then
             first_closing = tau
             measures%final_closing = tau
-         else if (.not. is_closed) then
+         else if (.not. is_closed .and. tau > opened) then
             call end_opening(tau)
          end if
          has_closed = .true.
