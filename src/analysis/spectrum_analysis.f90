@@ -111,7 +111,8 @@ contains
                name = trim(signal%name)
                call group%put('amplitude_'//name, self%amplitude(:, k), signal%quantity, 'amplitude of the ' &
                   //trim(signal%meaning), 'omega')
-               call group%put('mean_'//name, run%mean(k), signal%quantity, 'mean of it')
+               call group%put('mean_'//name, run%mean(k), signal%quantity, &
+                  'mean of it; of displacements up from the unstressed beam, at a contact of a body from the body')
                if (run%sampled_from < huge(1.0_wp)) call group%put('sampling_error_'//name, self%sampling_error(k), &
                   signal%quantity, 'what an amplitude changes by at most when every second sample is left out')
                call group%put('density_'//name, self%density(:, k), signal%density, &

@@ -113,7 +113,7 @@ contains
       call group%put('velocity_after', [(response%events(i)%velocity_after, i=1, count)], 'velocity', &
          'velocity of the beam at the stop just after, upwards{, d eta/d tau}', 'tau')
       call group%put('impulse', [(response%events(i)%impulse, i=1, count)], 'impulse', &
-         'impulse on the beam{ in rho Abar L omega1 (y_c(0) - d)}', 'tau')
+         'impulse on the beam, away from the surface{ in rho Abar L omega1 (y_c(0) - d)}', 'tau')
       call group%put('energy_change', [(response%events(i)%energy_change, i=1, count)], 'energy', &
          'change of energy{ in rho Abar L omega1^2 (y_c(0) - d)^2}', 'tau')
       if (.not. allocated(response%contacts)) return
@@ -132,7 +132,7 @@ contains
       call group%put('tau', response%shape_tau, 'time', 'time{ tau}', is_scale=.true.)
       call group%put('x', node_position, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
       call write_shape('displacement', response%shape_displacement, &
-         'displacement of the beam, up from the surface of the stop{, eta}')
+         'displacement of the beam, up from the surface of the stop, without a stop from the unstressed beam{, eta}')
       call write_shape('slope', response%shape_slope, '{d eta/d(x/L)~slope of the beam}')
       call write_shape('velocity', response%shape_velocity, 'velocity of the beam{, d eta/d tau}')
       call write_shape('slope_velocity', response%shape_slope_velocity, &

@@ -37,8 +37,8 @@ contains
       call table%bind(spectrum%of, name_t('of', 'signals whose spectra are requested; measures refer to the first', &
          default="'displacement_tip'"), signal_names)
       if (.not. allocated(spectrum%of)) spectrum%of = [1]
-      call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop and &body, below ' &
-         //'before above, floor and ceiling last; 0: that from which the beam is released, of forces the sum of all', &
+      call table%bind(spectrum%contact, name_t('contact', 'which contact, in the order of &stop and &body, of each ' &
+         //'below, above, floor, ceiling; 0: that from which the beam is released, of forces the sum of all', &
          range_t(0, 1000)))
       call table%bind(spectrum%point, name_t('point', 'which of the points of &stress, for moments', &
          range_t(1, 100000)))

@@ -16,7 +16,7 @@ module history_list
       character(24) :: name
       !> Meaning; of a part `{this~that}`, dimensionless results have only `this`, results with units only `that`; a
       !> part `{this}` is in dimensionless results only
-      character(80) :: meaning
+      character(120) :: meaning
       !> Name of its physical quantity in `quantity_table`
       character(24) :: quantity
       !> Whether the history is recorded if the scene names no histories
@@ -27,7 +27,8 @@ module history_list
    type(history_t), parameter :: history_table(*) = [ &
       history_t('displacement_stop', 'displacement of the beam at the stop, up from its surface{, eta}', &
       'displacement'), &
-      history_t('displacement_tip', 'displacement of the tip, up from the height of the surface{, eta}', &
+      history_t('displacement_tip', 'displacement of the tip, up from the height of the surface, without a stop ' &
+      //'from the unstressed beam{, eta}', &
       'displacement'), &
       history_t('velocity_stop', 'velocity of the beam at the stop, upwards{, d eta/d tau}', &
       'velocity'), &
