@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Plot a sweep: the map of one measure over two parameters, curves over one, or all parameters side by side (parallel
 coordinates), with the best case if the scene has &best. A grid over more than two parameters is cut at the values of
-the others in the case with the minimum of the measure. Reads a results file of a scene with &sweep; computes nothing."""
+the others in the best case, or, without &best of this measure, in the case with its minimum. Reads a results file of a
+scene with &sweep; computes nothing."""
 
 import argparse
 import textwrap
