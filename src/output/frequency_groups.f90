@@ -59,9 +59,7 @@ contains
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
          'column mode')
       call group%attribute('coordinates', column_coordinates, 'lambda')
-      call group%put('omega', omega, &
-         trim(merge('frequency         ', 'circular_frequency', group%units%are_physical)), &
-         '{circular frequency in omega1~frequency}', 'column mode')
+      call group%put('omega', omega, 'frequency', '{circular frequency in omega1~frequency}', 'column mode')
       call group%attribute('coordinates', column_coordinates, group%named('omega'))
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
