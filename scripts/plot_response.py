@@ -360,13 +360,12 @@ def draw_sides(axes, response, panel, shown):
     """Velocity at each point and of each body, or force of each side on the beam or on a body, upwards positive."""
     if panel == "velocity":
         points = {surface.position: surface for surface in shown if surface.body == 0}
-        curves = []
+        curves = [(f"$x/L$ = {place:g}", surface.histories["velocity"]) for place, surface in points.items()]
         for body in response.bodies:
-            curves.append((f"body {body.number}", body.histories["velocity"]))
             face = next(surface for surface in response.surfaces if surface.body == body.number)
             if body.position not in points:
                 curves.append((f"beam at $x/L$ = {body.position:g}", face.histories["velocity"] + body.histories["velocity"]))
-        curves += [(f"$x/L$ = {place:g}", surface.histories["velocity"]) for place, surface in points.items()]
+            curves.append((f"body {body.number}", body.histories["velocity"]))
     else:
         curves = [(surface.name, surface.side * surface.histories["force"]) for surface in shown if surface.histories["force"].any()]
     for number, (label, values) in enumerate(curves):
