@@ -16,7 +16,7 @@ module mode_trials
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, lengthen, shorten, judge_trials, max_stalled
-   public :: compare_runs, horizon_of, is_driven, trial_settings
+   public :: compare_runs, count_hops, horizon_of, is_driven, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
@@ -372,17 +372,12 @@ contains
       integer :: k, last
 
       last = count(more%tau <= horizon)
-      associate (one => fewer%history(eta_tip)%values(:last), other => more%history(eta_tip)%values(:last))
-         check%difference = maxval(abs(one - other))
-         max_displacement = maxval(abs(other + trials%tip_offset))
-      end associate
+      check%difference = max_difference(fewer, more, last)
+      max_displacement = maxval(abs(more%history(eta_tip)%values(:last) + trials%tip_offset))
       do k = 1, size(more%contacts)
-         associate (one => fewer%contacts(k)%eta(:last), other => more%contacts(k)%eta(:last))
-            check%difference = max(check%difference, maxval(abs(one - other)))
-            ! the displacement at a body is relative to the body, which may be far away
-            if (more%contacts(k)%stop > 0) max_displacement = max(max_displacement, &
-               maxval(abs(other + more%contacts(k)%height)))
-         end associate
+         ! the displacement at a body is relative to the body, which may be far away
+         if (more%contacts(k)%stop > 0) max_displacement = max(max_displacement, &
+            maxval(abs(more%contacts(k)%eta(:last) + more%contacts(k)%height)))
       end do
       check%horizon = horizon
       check%tolerance = min(trials%settings%response%accuracy*max_displacement, trials%settings%response%mode_tolerance)
@@ -390,6 +385,22 @@ contains
       if (check%agrees) check%agrees = &
          count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance)
    end subroutine compare_until
+
+   !> Maximum difference of two runs in eta of the tip and of all contacts.
+   pure real(wp) function max_difference(fewer, more, last) result(difference)
+      !> The runs, with the same samples
+      type(response_t), intent(in) :: fewer
+      type(response_t), intent(in) :: more
+      !> Number of samples that are compared
+      integer, intent(in) :: last
+
+      integer :: k
+
+      difference = maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last)))
+      do k = 1, size(more%contacts)
+         difference = max(difference, maxval(abs(fewer%contacts(k)%eta(:last) - more%contacts(k)%eta(:last))))
+      end do
+   end function max_difference
 
    !> Number of flights between contacts that rise above a height. The height of a flight is estimated from its duration
    !> and final speed, because samples may miss the flight.
@@ -444,7 +455,8 @@ contains
       end associate
    end function trial_settings
 
-   !> Maximum difference of two runs in eta of stop and tip, up to the earlier of the peaks of their third rebounds.
+   !> Maximum difference of two runs in eta of stops, bodies and tip, up to the earlier of the peaks of their third
+   !> rebounds.
    pure subroutine compare_runs(fewer, more, duration, check, max_displacement)
       !> The runs, with the same samples
       type(response_t), intent(in) :: fewer
@@ -460,9 +472,7 @@ contains
 
       check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
       last = count(more%tau <= check%horizon)
-      check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) &
-         - more%history(eta_stop)%values(:last))), &
-         maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
+      check%difference = max_difference(fewer, more, last)
       max_displacement = max(maxval(abs(more%history(eta_stop)%values(:last))), &
          maxval(abs(more%history(eta_tip)%values(:last))))
    end subroutine compare_runs

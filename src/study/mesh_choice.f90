@@ -10,7 +10,7 @@ module mesh_choice
    use kinds, only: wp
    use load_periods, only: last_change
    use mesh_checks, only: mesh_check_t
-   use mode_trials, only: compare_runs, horizon_of, is_driven, trial_settings
+   use mode_trials, only: compare_runs, count_hops, horizon_of, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: mode_check_t, response_t, run_measures_t
    use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
@@ -210,6 +210,7 @@ contains
       type(mesh_check_t) :: check(size(meshes)), of_graded
       real(wp) :: grading, max_work, minimum, other_grading, tolerance, work
       integer :: i, last, stalled
+      logical :: has_same_hops
 
       allocate (coarse, fine, graded)
       call gradings_of(scene, grading, other_grading)
@@ -238,8 +239,8 @@ contains
             i = i + 1
             cycle
          end if
-         call compare(settings%response%duration, coarse, fine, check(i))
-         if (check(i)%difference <= agreement*tolerance) then
+         call compare(settings%response%duration, coarse, fine, check(i), has_same_hops)
+         if (check(i)%difference <= agreement*tolerance .and. has_same_hops) then
             beam = coarse%beam
             beam%check = check(i)
             beam%check%is_converged = .true.
@@ -247,7 +248,8 @@ contains
          end if
          if (coarse%elements == graded_elements .and. other_grading > grading) then
             call run_on_mesh(scene, settings, graded_elements, other_grading, graded)
-            call compare(settings%response%duration, graded, fine, of_graded)
+            of_graded = check(i)
+            call compare(settings%response%duration, graded, fine, of_graded, has_same_hops)
             if (of_graded%difference < check(i)%difference) then
                grading = other_grading
                coarse = graded
@@ -407,22 +409,30 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The maximum difference of two runs: in eta of stop and tip, and in tau of the first impact and of settling. If the
+   !> The maximum difference of two runs: in eta of stops, bodies and tip, and in tau of the first impact and of settling. If the
    !> check is relative: in eta over the maximum displacement, and in tau of the first impact over this instant.
-   pure subroutine compare(duration, coarse, fine, check)
+   pure subroutine compare(duration, coarse, fine, check, has_same_hops)
       !> Duration of both runs, tau
       real(wp), intent(in) :: duration
       type(trial_t), intent(in) :: coarse
       type(trial_t), intent(in) :: fine
       !> Check of the coarse mesh; difference and horizon (end) of the comparison are set
       type(mesh_check_t), intent(inout) :: check
+      !> Whether both runs have the same number of flights that rise above the tolerance: two motions can differ little
+      !> at the samples by chance
+      logical, intent(out) :: has_same_hops
 
       type(mode_check_t) :: found
-      real(wp) :: max_displacement
+      ! height of the flights that are counted
+      real(wp) :: height, max_displacement
 
       check%difference = huge(1.0_wp)
+      has_same_hops = .false.
       if (allocated(coarse%error) .or. allocated(fine%error)) return
       call compare_runs(coarse%response, fine%response, duration, found, max_displacement)
+      height = merge(check%tolerance*max_displacement, check%tolerance, check%is_relative)
+      has_same_hops = count_hops(coarse%response, found%horizon, height) &
+         == count_hops(fine%response, found%horizon, height)
       check%difference = found%difference
       check%horizon = found%horizon
       if (check%is_relative) then
