@@ -16,7 +16,7 @@ module mode_trials
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, lengthen, shorten, judge_trials, max_stalled
-   public :: compare_runs, count_hops, horizon_of, is_driven, trial_settings
+   public :: count_hops, horizon_of, is_driven, max_difference, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
@@ -396,7 +396,10 @@ contains
 
       integer :: k
 
-      difference = maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last)))
+      difference = max(maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))), &
+         maxval(abs(fewer%history(eta_stop)%values(:last) - more%history(eta_stop)%values(:last))))
+      ! a single contact has no history of its own
+      if (.not. allocated(more%contacts)) return
       do k = 1, size(more%contacts)
          difference = max(difference, maxval(abs(fewer%contacts(k)%eta(:last) - more%contacts(k)%eta(:last))))
       end do
@@ -411,11 +414,12 @@ contains
       real(wp), intent(in) :: height
 
       ! instant of the last event at each contact; negative: there is none yet
-      real(wp) :: last(size(response%contacts))
+      real(wp), allocatable :: last(:)
       integer :: i
 
       number = 0
-      last = -1.0_wp
+      if (response%event_count == 0) return
+      allocate (last(maxval(response%events(:response%event_count)%contact)), source=-1.0_wp)
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%tau > horizon) return
@@ -454,28 +458,6 @@ contains
          response%step = min(response%duration, period)/real(samples, wp)
       end associate
    end function trial_settings
-
-   !> Maximum difference of two runs in eta of stops, bodies and tip, up to the earlier of the peaks of their third
-   !> rebounds.
-   pure subroutine compare_runs(fewer, more, duration, check, max_displacement)
-      !> The runs, with the same samples
-      type(response_t), intent(in) :: fewer
-      type(response_t), intent(in) :: more
-      !> Length of the runs, tau
-      real(wp), intent(in) :: duration
-      !> Receives difference and horizon
-      type(mode_check_t), intent(inout) :: check
-      !> Maximum eta of stop and tip until the horizon, in magnitude
-      real(wp), intent(out) :: max_displacement
-
-      integer :: last
-
-      check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
-      last = count(more%tau <= check%horizon)
-      check%difference = max_difference(fewer, more, last)
-      max_displacement = max(maxval(abs(more%history(eta_stop)%values(:last))), &
-         maxval(abs(more%history(eta_tip)%values(:last))))
-   end subroutine compare_runs
 
    !> Instant of the sample at the peak of the third rebound, that is, the third flight above the settling level; the
    !> end of the run if there are fewer.

@@ -10,9 +10,10 @@ module mesh_choice
    use kinds, only: wp
    use load_periods, only: last_change
    use mesh_checks, only: mesh_check_t
-   use mode_trials, only: compare_runs, count_hops, horizon_of, is_driven, trial_settings
+   use mesh_comparison, only: compare_meshes
+   use mode_trials, only: horizon_of, is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
-   use response_types, only: mode_check_t, response_t, run_measures_t
+   use response_types, only: response_t
    use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: model_of, redistributes, run_settings_of, section_of
    use scene_types, only: scene_t
@@ -34,6 +35,10 @@ module mesh_choice
    integer, parameter :: max_stalled = 4
    !> A mesh makes progress if its difference is below this fraction of the smallest previous difference.
    real(wp), parameter :: required_reduction = 0.7_wp
+   !> If there are contacts, a mesh that agrees with the next finer mesh is also compared with the mesh this number of
+   !> places further on: two coarse meshes on which a light body is hit once can agree, although it is hit several
+   !> times.
+   integer, parameter :: confirming = 3
    !> Number of elements of the mesh on which a uniform and a graded mesh are compared.
    integer, parameter :: graded_elements = 8
    !> Maximum grading for a taper with a thin tip, a value suitable for a full wedge. The exact value is not critical,
@@ -206,13 +211,12 @@ contains
 
       ! ratio of the duration of further runs to the horizon of the first run, up to which it could be compared
       real(wp), parameter :: reserve = 1.25_wp
-      type(trial_t), allocatable :: coarse, fine, graded
-      type(mesh_check_t) :: check(size(meshes)), of_graded
+      type(trial_t), allocatable :: coarse, fine, other
+      type(mesh_check_t) :: check(size(meshes)), of_other
       real(wp) :: grading, max_work, minimum, other_grading, tolerance, work
       integer :: i, last, stalled
-      logical :: has_same_hops
 
-      allocate (coarse, fine, graded)
+      allocate (coarse, fine, other)
       call gradings_of(scene, grading, other_grading)
       tolerance = merge(default_tolerance, scene%mesh%tolerance, scene%mesh%is_sought)
       minimum = huge(1.0_wp)
@@ -239,26 +243,30 @@ contains
             i = i + 1
             cycle
          end if
-         call compare(settings%response%duration, coarse, fine, check(i), has_same_hops)
-         if (check(i)%difference <= agreement*tolerance .and. has_same_hops) then
+         call compare(settings%response%duration, agreement, coarse, fine, check(i))
+         of_other = check(i)
+         if (check(i)%is_converged .and. coarse%response%event_count > 0 .and. i + confirming <= size(meshes)) then
+            call run_on_mesh(scene, settings, meshes(i + confirming), grading, other)
+            work = work + work_of(other%response, settings)
+            call compare(settings%response%duration, 1.0_wp, coarse, other, of_other)
+            if (.not. of_other%is_converged) check(i) = of_other
+         end if
+         if (check(i)%is_converged) then
             beam = coarse%beam
             beam%check = check(i)
-            beam%check%is_converged = .true.
             return
          end if
          if (coarse%elements == graded_elements .and. other_grading > grading) then
-            call run_on_mesh(scene, settings, graded_elements, other_grading, graded)
-            of_graded = check(i)
-            call compare(settings%response%duration, graded, fine, of_graded, has_same_hops)
-            if (of_graded%difference < check(i)%difference) then
+            call run_on_mesh(scene, settings, graded_elements, other_grading, other)
+            call compare(settings%response%duration, agreement, other, fine, of_other)
+            if (of_other%difference < check(i)%difference) then
                grading = other_grading
-               coarse = graded
+               coarse = other
                ! the graded mesh is now compared with a finer graded mesh
                cycle
             end if
          end if
-         stalled = stalled + 1
-         if (check(i)%difference < required_reduction*minimum) stalled = 0
+         stalled = merge(0, stalled + 1, check(i)%difference < required_reduction*minimum)
          minimum = min(minimum, check(i)%difference)
          last = i
          ! the next mesh takes about twice the work of this mesh
@@ -409,56 +417,23 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The maximum difference of two runs: in eta of stops, bodies and tip, and in tau of the first impact and of settling. If the
-   !> check is relative: in eta over the maximum displacement, and in tau of the first impact over this instant.
-   pure subroutine compare(duration, coarse, fine, check, has_same_hops)
+   !> Compare the runs on two meshes.
+   pure subroutine compare(duration, fraction, coarse, fine, check)
       !> Duration of both runs, tau
       real(wp), intent(in) :: duration
+      !> The meshes agree if the difference is at most this fraction of the tolerance
+      real(wp), intent(in) :: fraction
       type(trial_t), intent(in) :: coarse
       type(trial_t), intent(in) :: fine
-      !> Check of the coarse mesh; difference and horizon (end) of the comparison are set
+      !> Check of the coarse mesh; the finer mesh and the result of the comparison are set
       type(mesh_check_t), intent(inout) :: check
-      !> Whether both runs have the same number of flights that rise above the tolerance: two motions can differ little
-      !> at the samples by chance
-      logical, intent(out) :: has_same_hops
 
-      type(mode_check_t) :: found
-      ! height of the flights that are counted
-      real(wp) :: height, max_displacement
-
+      check%finer_elements = fine%elements
       check%difference = huge(1.0_wp)
-      has_same_hops = .false.
+      check%is_converged = .false.
       if (allocated(coarse%error) .or. allocated(fine%error)) return
-      call compare_runs(coarse%response, fine%response, duration, found, max_displacement)
-      height = merge(check%tolerance*max_displacement, check%tolerance, check%is_relative)
-      has_same_hops = count_hops(coarse%response, found%horizon, height) &
-         == count_hops(fine%response, found%horizon, height)
-      check%difference = found%difference
-      check%horizon = found%horizon
-      if (check%is_relative) then
-         check%difference = found%difference/max(max_displacement, tiny(1.0_wp))
-         associate (one => coarse%response%measures, other => fine%response%measures)
-            if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
-               abs(one%first_impact_tau - other%first_impact_tau)/max(1.0_wp, other%first_impact_tau))
-         end associate
-         return
-      end if
-      associate (one => coarse%response%measures, other => fine%response%measures)
-         if (one%has_hit_stop .and. other%has_hit_stop) check%difference = max(check%difference, &
-            abs(one%first_impact_tau - other%first_impact_tau))
-         check%difference = max(check%difference, abs(settling_or_horizon(one, found%horizon) - &
-            settling_or_horizon(other, found%horizon)))
-      end associate
+      call compare_meshes(coarse%response, fine%response, duration, fraction, check)
    end subroutine compare
-
-   !> The settling time, or the horizon of the comparison if it is earlier.
-   pure real(wp) function settling_or_horizon(measures, horizon) result(tau)
-      type(run_measures_t), intent(in) :: measures
-      real(wp), intent(in) :: horizon
-
-      tau = horizon
-      if (measures%has_settled) tau = min(measures%settling_tau, horizon)
-   end function settling_or_horizon
 
    !> Gradings of the meshes that are compared: the grading of the scene's mesh, and for a beam that is thinner at the
    !> tip the grading that follows the local wavelength.
