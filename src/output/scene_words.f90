@@ -183,7 +183,7 @@ contains
       if (body%spring_ratio > 0.0_wp) words = words//phrase(units, ', spring ', 'stiffness', body%spring_ratio)
       if (body%damping_ratio > 0.0_wp) words = words//', damping ratio '//rounded(body%damping_ratio)
       if (body%base_damper_ratio > 0.0_wp) words = words//phrase(units, ', damper ', 'damper', body%base_damper_ratio)
-      if (body%floor >= 0.0_wp) words = words//phrase(units, ', floor at -', 'displacement', body%floor)
+      if (body%floor >= 0.0_wp) words = words//phrase(units, ', floor at ', 'displacement', 0.0_wp - body%floor)
       if (body%ceiling >= 0.0_wp) words = words//phrase(units, ', ceiling at ', 'displacement', body%ceiling)
    end function body_in_words
 

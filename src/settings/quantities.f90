@@ -63,7 +63,6 @@ module quantities
       quantity_t('frequency', 'omega', [character(18) :: 'Hz', 'Hz', '1/time'], omega1, 1, &
       constant=2.0_wp*pi), &
       quantity_t('rate', '1/tau', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1), &
-      quantity_t('circular_frequency', 'omega', [character(18) :: 'rad/s', 'rad/s', 'rad/time'], omega1, 1), &
       quantity_t('stiffness_damping', 'zeta', [character(18) :: 's', 's', 'time'], omega1, -1, constant=0.5_wp), &
       quantity_t('mass_damping', 'zeta', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1, constant=0.5_wp), &
       quantity_t('length', 'x/L', [character(18) :: 'm', 'mm', 'length'], length), &
