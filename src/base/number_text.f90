@@ -50,6 +50,8 @@ contains
       character(:), allocatable :: text
 
       integer, parameter :: max_digits = 17
+      ! A number that has up to this many digits is also the nearest one of this many digits, which then ends in zeros
+      integer, parameter :: precise_digits = 15
       ! A larger number gets all digits, because it may be rounded up and overflow when it is read back
       real(wp), parameter :: largest_read_back = 1.0e300_wp
       character(32) :: buffer
@@ -69,7 +71,8 @@ contains
          return
       end if
 
-      do count = 1, max_digits
+      ! a subnormal number has fewer precise digits
+      do count = merge(precise_digits, 1, abs(value) >= tiny(value)), max_digits
          write (layout, '(a, i0, a)') '(es32.', count - 1, 'e3)'
          write (buffer, layout) abs(value)
          if (abs(value) > largest_read_back) cycle
@@ -78,6 +81,7 @@ contains
       end do
       buffer = adjustl(buffer)
       digits = buffer(1:1)//buffer(3:index(buffer, 'E') - 1)
+      digits = digits(:verify(digits, '0', back=.true.))
       read (buffer(index(buffer, 'E') + 1:), *) exponent
       text = format_digits(digits, exponent)
       if (value < 0.0_wp) text = '-'//text
