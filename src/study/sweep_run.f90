@@ -239,6 +239,7 @@ contains
 
       call start_runner(scene, output_settings_t(history=.false., max_peaks=peak_count), &
          plan%axes%parameter, plan%axes%minimum, plan%axes%maximum, runner)
+      runner%scene%stress%history = .false.
    end subroutine start_plan
 
    !> Run a case.
