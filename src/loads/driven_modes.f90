@@ -14,7 +14,7 @@ module driven_modes
       work_on_free_motion, integral_of_free_motion, resonant, resonates
 
    !> A harmonic load of frequency w resonates with a mode if |exponent - i w| is less than this fraction of w.
-   real(wp), parameter :: resonant = 0.02_wp
+   real(wp), parameter :: resonant = 3.0e-3_wp
 
    !> A mode and the load that drives it from rest, from `make_driven_mode`.
    type :: driven_mode_t
