@@ -23,7 +23,8 @@ target_compile_options(impactbeam_flags INTERFACE
   -std=f2018
   $<$<BOOL:${IMPACTBEAM_WERROR}>:-Werror>
   $<$<AND:$<CONFIG:Release>,$<BOOL:${IMPACTBEAM_NATIVE}>>:-march=native>
-  $<$<CONFIG:Debug>:-Og> $<$<CONFIG:Debug>:-g>
+  # without the assignments of variables, which take minutes to track in some files
+  $<$<CONFIG:Debug>:-Og> $<$<CONFIG:Debug>:-g> $<$<CONFIG:Debug>:-fno-var-tracking-assignments>
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fcheck=all,no-array-temps>
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fbacktrace>
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-ffpe-trap=invalid,zero,overflow>
