@@ -6,7 +6,7 @@ module program_run
    use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
-   use file_system, only: existing_part, make_folder, remove_empty_folders
+   use file_system, only: existing_part, remove_empty_folders
    use memory_needs, only: check_need, memory_need_t
    use name_list, only: write_names
    use process, only: open_text, prepare_process, print_text, text_of, run_on_default_stack
@@ -234,8 +234,6 @@ contains
       !> Format of the tables for other programs, one of `table_formats`; absent: only existing tables are rewritten
       character(*), intent(in), optional :: format
 
-      ! another run that fails may remove the folder while it is still empty, so it is made again
-      integer, parameter :: max_attempts = 10
       type(claim_t) :: claim
       type(job_t) :: job
       character(:), allocatable :: text
@@ -243,7 +241,6 @@ contains
       character(:), allocatable :: existing
       ! maximum status of a failure in any of the MPI processes; 0: none has failed
       integer :: failure_status
-      integer :: attempt
       logical :: has_unit
 
       job%folder = folder
@@ -253,14 +250,7 @@ contains
       call open_text(job%unit, error)
       has_unit = .not. allocated(error)
       existing = existing_part(folder)
-      ! a folder that cannot be written is reported before a long run, not after it
-      if (has_unit .and. is_first_rank()) then
-         do attempt = 1, max_attempts
-            call make_folder(folder, error)
-            if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
-            if (.not. allocated(error)) exit
-         end do
-      end if
+      if (has_unit .and. is_first_rank()) call claim_results(folder, results_name(scene), claim, error)
       failure_status = 0
       if (allocated(error)) failure_status = error%status
       failure_status = max_of_ranks(failure_status)

@@ -3,7 +3,8 @@
 module results_claim
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: kind_file, kind_link, kind_nothing, kind_of, problem_with_reading, reason
+   use file_system, only: kind_file, kind_link, kind_nothing, kind_of, make_folder, problem_with_reading, reason, &
+      test_folder
    use hdf5_loading, only: hdf5_source_t
    use program_identity, only: program_name
    implicit none (type, external)
@@ -43,15 +44,15 @@ module results_claim
 
 contains
 
-   !> Claim a results file before its contents are computed.
+   !> Claim a results file before its contents are computed. Its folder is made if it does not exist.
    subroutine claim_results(folder, name, claim, error)
-      !> Folder of the results, which exists
+      !> Folder of the results
       character(*), intent(in) :: folder
       !> Name of the results file in `folder`
       character(*), intent(in) :: name
       !> The claim, to be released by `release_results`
       type(claim_t), intent(out) :: claim
-      !> Set if another run has the claim or a file of this name was not written by the program
+      !> Set if another run has the claim, the folder refuses files, or the program did not write the file of this name
       type(failure_t), allocatable, intent(out) :: error
 
       ! results of impactbeam_lock besides 0 and the error codes of the operating system, which are positive
@@ -60,12 +61,21 @@ contains
       character(max_owner_length, kind=c_char) :: owner
       character(:), allocatable :: lock, path, problem
       type(hdf5_source_t) :: file
+      ! Until the lock file is in the folder, another run that fails may remove the folder, which is then made again.
+      integer, parameter :: max_attempts = 100
+      integer :: attempt
       integer(c_int) :: code, descriptor
       logical :: is_writable
 
       path = folder//'/'//name
       lock = folder//'/.'//name//'.lock'
-      code = impactbeam_lock(lock//c_null_char, descriptor, owner, max_owner_length)
+      do attempt = 1, max_attempts
+         call make_folder(folder, error)
+         if (allocated(error)) cycle
+         code = impactbeam_lock(lock//c_null_char, descriptor, owner, max_owner_length)
+         if (code <= 0_c_int) exit
+      end do
+      if (allocated(error)) return
       select case (code)
       case (0_c_int)
          claim%path = lock
@@ -82,6 +92,8 @@ contains
             call file%close_source()
          end if
          if (.not. is_writable) call refuse_foreign(path, 'a results file', error)
+         ! a folder that cannot be written is reported before a long run, not after it
+         if (.not. allocated(error)) call test_folder(folder, error)
          if (allocated(error)) call release_results(claim)
       case (is_locked)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
@@ -89,7 +101,7 @@ contains
       case (is_foreign)
          call refuse_foreign(lock, 'a lock', error)
       case default
-         call fail(error, status_run_failed, "cannot write in '"//folder//"': "//reason(code))
+         call fail(error, status_run_failed, "cannot write in the folder '"//folder//"': "//reason(code))
       end select
    end subroutine claim_results
 

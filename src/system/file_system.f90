@@ -6,7 +6,7 @@ module file_system
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: make_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders
+   public :: make_folder, test_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders
    public :: folder_entries, remove_entries, entry_length
    public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
    public :: load_file, load_bytes, problem_with_reading, replace_file, move_file, reason
@@ -134,11 +134,23 @@ module file_system
 
 contains
 
-   !> Make a folder and its parents unless they exist, and test that a file can be written in the folder. A folder that
-   !> exists may still refuse files: on a full disk, on a read-only file system, or without permission.
+   !> Make a folder and its parents unless they exist.
    subroutine make_folder(path, error)
       character(*), intent(in) :: path
-      !> Reason why the folder could not be made or refuses files
+      !> Reason why the folder could not be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = impactbeam_make_folder(trim(path)//c_null_char)
+      if (code /= 0) call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
+   end subroutine make_folder
+
+   !> Test that a file can be written in a folder. A folder that exists may refuse files: on a full disk, on a read-only
+   !> file system, or without permission.
+   subroutine test_folder(path, error)
+      character(*), intent(in) :: path
+      !> Reason why the folder refuses files
       type(failure_t), allocatable, intent(out) :: error
 
       ! name and content of the file that is written to test the folder and removed at once
@@ -147,18 +159,13 @@ contains
       character(:), allocatable :: partial
       integer(c_int) :: code, ignored
 
-      code = impactbeam_make_folder(trim(path)//c_null_char)
-      if (code /= 0) then
-         call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
-         return
-      end if
       call impactbeam_remove_leftovers(trim(path)//c_null_char, partial_prefix(trial)//c_null_char)
       partial = trim(path)//'/'//partial_name(trial, posix_getpid())//c_null_char
       code = impactbeam_write_bytes(partial, block, len(block, kind=c_size_t))
       ignored = posix_unlink(partial)
       if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "// &
          reason(code))
-   end subroutine make_folder
+   end subroutine test_folder
 
    !> Leading part of the path of a folder that exists; empty: nothing of it.
    function existing_part(path) result(part)

@@ -86,12 +86,8 @@ int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
    unlink(path);
    const int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666);
    if (file < 0) return errno;
-   /* Beyond a limit on the size of files write() shall fail instead of ending the program. */
-   void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
-   int code = impactbeam_write_all(file, bytes, count);
-   if (close(file) != 0 && code == 0) code = errno;
-   if (former != SIG_ERR) signal(SIGXFSZ, former);
-   return code;
+   const int code = impactbeam_write_all(file, bytes, count);
+   return close(file) != 0 && code == 0 ? errno : code;
 }
 
 /* Rename a file and replace an existing file of the new name. */

@@ -113,18 +113,22 @@ void impactbeam_retain_memory(void)
 /* Write all bytes. Returns 0, or the errno of the call that failed. */
 int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
 {
-   while (count > 0) {
+   /* Beyond a limit on the size of files write() shall fail instead of ending the program. */
+   void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
+   int code = 0;
+   while (count > 0 && code == 0) {
       const ssize_t written = write(descriptor, bytes, count);
       if (written > 0) {
          bytes += written;
          count -= (size_t)written;
       } else if (written == 0) {
-         return EIO;
+         code = EIO;
       } else if (errno != EINTR) {
-         return errno;
+         code = errno;
       }
    }
-   return 0;
+   if (former != SIG_ERR) signal(SIGXFSZ, former);
+   return code;
 }
 
 /* Call `work` on a stack of at least the default size, and make this size the default of later threads. A smaller limit of

@@ -11,8 +11,9 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Documented in process_posix.c. */
+/* Both are documented in process_posix.c. */
 void impactbeam_note_lock(const char *path);
+int impactbeam_write_all(int descriptor, const char *bytes, size_t count);
 
 /* First characters of a lock file of this program. */
 static const char lock_mark[] = "impactbeam ";
@@ -58,8 +59,10 @@ static int take(int file, const char *path, char *owner, size_t size)
    char host[256] = "";
    gethostname(host, sizeof host - 1);
    const int room = snprintf(content, sizeof content, "%sprocess %ld on %s\n", lock_mark, (long)getpid(), host);
-   if (ftruncate(file, 0) != 0 || pwrite(file, content, (size_t)room, 0) != room) return errno != 0 ? errno : EIO;
-   return 0;
+   code = ftruncate(file, 0) == 0 ? impactbeam_write_all(file, content, (size_t)room) : errno;
+   /* as on a full disk */
+   if (code != 0) unlink(path);
+   return code;
 }
 
 /* Lock by means of a file, which is made if it does not exist. Returns 0 if locked (`file` is to be passed to
