@@ -1,7 +1,7 @@
 !> Singular values and right singular vectors of a matrix by LAPACK's DGEJSV, whose relative errors are small even for
 !> the smallest singular values.
 module singular_vectors
-   use floating_point_traps, only: resume_traps, suspend_traps, traps_t
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode
    use kinds, only: wp
    use lapack_interfaces, only: dgejsv
    implicit none (type, external)
@@ -26,7 +26,8 @@ contains
 
       real(wp), allocatable :: copy(:, :), work(:)
       integer, allocatable :: integer_work(:)
-      type(traps_t) :: traps
+      ! the exceptions that halt the program; debug builds enable them
+      logical :: halting(size(ieee_all))
       real(wp) :: left(1, 1)
       integer :: columns, rows
 
@@ -35,7 +36,9 @@ contains
       allocate (copy, source=matrix)
       allocate (singular(columns))
       allocate (integer_work(max(3, rows + 3*columns)))
-      call suspend_traps(traps)
+      ! DGEJSV scales by numbers that may overflow, then tests the result
+      call ieee_get_halting_mode(ieee_all, halting)
+      if (any(halting)) call ieee_set_halting_mode(ieee_all, .false.)
       if (with_vectors) then
          allocate (vectors(columns, columns), work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
          call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
@@ -45,7 +48,8 @@ contains
          call dgejsv('F', 'N', 'N', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
             vectors, 1, work, size(work), integer_work, info)
       end if
-      call resume_traps(traps)
+      call ieee_set_flag(ieee_all, .false.)
+      if (any(halting)) call ieee_set_halting_mode(ieee_all, halting)
       ! DGEJSV scales the singular values to avoid overflow
       if (info == 0) singular = singular*(work(1)/work(2))
    end subroutine find_singular

@@ -3,6 +3,7 @@ module spectrum_analysis
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
+   use distributions, only: student_quantile
    use failures, only: failure_t
    use kinds, only: pi, wp
    use measure_list, only: measure_named
@@ -16,7 +17,6 @@ module spectrum_analysis
    use spectrum_lines, only: find_lines, line_t, line_width, load_frequencies, order_in_words
    use spectrum_settings, only: signal_table, window_hann, window_names
    use spectrum_types, only: amplitudes_of, run_spectrum_t
-   use student, only: student_quantile
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private

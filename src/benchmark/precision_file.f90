@@ -6,13 +6,13 @@ module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use, intrinsic :: iso_fortran_env, only: compiler_version
    use failures, only: failure_t
-   use fastest_schemes, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use machine_facts, only: kind_of_build, options_of_compiler, processor_name
    use motion_errors, only: motion_errors_t
    use number_text, only: to_text
-   use precision_types, only: precision_t, varied_names, varied_step
+   use precision_types, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of, precision_t, &
+      varied_names, varied_step
    use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results
    use scene_types, only: integrator_names, mass_names, scene_t

@@ -1,6 +1,10 @@
 !> Static states of beam and stops: the start of a run by release from a stop, and the equilibrium to which a motion
 !> without loads decays.
 !>
+!> In element curvatures (`support_coordinates`) a point force bends the beam by sums in which nothing cancels, and
+!> rigid supports act by a projection. On very uneven meshes this is more accurate than a factorised stiffness matrix,
+!> which on such meshes may not even have positive pivots.
+!>
 !> Scales: displacements in D (eta), forces P in lambda1^4 E Ibar D/L^3, as in the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t
@@ -9,12 +13,11 @@ module static_states
    use kinds, only: lambda1_power4, wp
    use number_text, only: rounded, to_text
    use run_models, only: beam_alone
-   use static_shapes, only: make_elastic_beam, unit_shape
    use stop_contacts, only: active_contacts, penetrates, shape_of_contact, contact_t
-   use support_coordinates, only: supported_beam_t
+   use support_coordinates, only: supported_beam_t, displace, displace_transposed, make_supported_beam
    implicit none (type, external)
    private
-   public :: find_static_start, find_static_rest
+   public :: find_static_start, find_static_rest, make_elastic_beam, unit_shape
 
 contains
 
@@ -106,5 +109,35 @@ contains
       end function unit_response
 
    end subroutine find_static_rest
+
+   !> Prepare a beam on its supports, which cannot move without strain, for static forces.
+   pure subroutine make_elastic_beam(model, beam)
+      type(beam_model_t), intent(in) :: model
+      type(supported_beam_t), intent(out) :: beam
+
+      type(beam_model_t) :: elastic
+
+      ! in statics a massless node is like any other
+      elastic = model
+      elastic%has_massless_node = .false.
+      call make_supported_beam(elastic, beam)
+   end subroutine make_elastic_beam
+
+   !> Displacements y and slopes dy/dx of the nodes under a unit force, E Ibar = L = 1.
+   pure function unit_shape(beam, dof) result(shape)
+      type(supported_beam_t), intent(in) :: beam
+      !> Degree of freedom of the force; the shape is zero if a support fixes it
+      integer, intent(in) :: dof
+      real(wp), allocatable :: shape(:)
+
+      real(wp) :: force(beam%dofs), strain(beam%order)
+
+      allocate (shape(beam%dofs), source=0.0_wp)
+      if (any(beam%supported == dof)) return
+      force = 0.0_wp
+      force(dof) = 1.0_wp
+      call displace_transposed(beam, force, strain)
+      call displace(beam, strain, shape)
+   end function unit_shape
 
 end module static_states

@@ -2,9 +2,9 @@
 !> not determine, growth of small changes with time, and a test whether the residuals are white noise.
 module fit_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use distributions, only: student_quantile
    use kinds, only: wp
    use singular_vectors, only: find_singular
-   use student, only: student_quantile
    implicit none (type, external)
    private
    public :: certainty_t, find_certainty, growth_rate, whiteness

@@ -1,9 +1,9 @@
 !> Mean, standard deviation, quantiles and histogram of a sample, each with its error.
 module sample_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use distributions, only: student_quantile
    use kinds, only: wp
    use sorting, only: ascending_order
-   use student, only: student_quantile
    implicit none (type, external)
    private
    public :: sample_t, find_sample_statistics

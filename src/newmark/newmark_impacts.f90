@@ -12,9 +12,9 @@ module newmark_impacts
    use newmark_contacts, only: event_now, record_event, open_contact
    use newmark_energies, only: momentum_along
    use newmark_flights, only: cancel_flight
+   use newmark_limits, only: highest_frequency
    use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, &
       no_rejection
-   use newmark_stability, only: highest_frequency
    use newmark_stepper, only: impose_row_value, place_points_in_column
    use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
    use run_settings, only: impulse_nodal

@@ -18,18 +18,16 @@ module newmark_motion
    use mode_choice, only: common_zeta
    use moment_places, only: open_moments
    use newmark_contacts, only: resolve_contacts
-   use newmark_continuation, only: resolve_stored_contacts, start_from_state, state_of
    use newmark_energies, only: total_energy
    use newmark_events, only: close_touched, find_events, trigger_events
    use newmark_flights, only: record_flight_start
    use newmark_limits, only: explain_mesh_error, check_energy_balance, check_mesh, divide_step
    use newmark_loads, only: additional_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_modes, only: make_modal_model
-   use newmark_moments, only: moments_now, start_moments
    use newmark_run, only: energy_left, instant_of, is_inactive, level_of, no_rejection, &
       newmark_run_t, whole_step
-   use newmark_samples, only: shapes_in_step, take_sample
-   use newmark_start, only: begin_at_contacts, make_start
+   use newmark_samples, only: moments_now, start_moments, shapes_in_step, take_sample
+   use newmark_start, only: resolve_stored_contacts, start_from_state, state_of, begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper, solve_mass_for_row
    use newmark_steps, only: account_step, find_violations, observe_step, prepare_level, try_step
    use number_text, only: rounded, to_text

@@ -1,9 +1,11 @@
-!> Initial state of a Newmark run: released from a static shape, in static equilibrium, or with given displacements and
-!> velocities; and the contacts that are closed or hit in this state.
+!> Initial state of a Newmark run: released from a static shape, in static equilibrium, with given displacements and
+!> velocities, or the final state of an earlier run; and the contacts that are closed or hit in this state. In a chain
+!> of cases each motion continues that of the case before, after whole periods of the loads (docs/theory.md, section
+!> 21).
 module newmark_start
    use beam_model, only: beam_model_t, moves_freely
    use beam_starts, only: find_start_momenta
-   use contact_rows, only: band
+   use contact_rows, only: band, row_value
    use contact_starts, only: find_slow_balance, find_static_equilibrium, check_start, flexible_beam_t, &
       move_onto_contacts
    use failures, only: failure_t
@@ -13,20 +15,21 @@ module newmark_start
       start_table, start_velocity
    use modal_starts, only: find_modal_start
    use newmark_contacts, only: event_now, record_event, resolve_contacts
+   use newmark_energies, only: total_energy
    use newmark_events, only: begin_and_end_contacts
    use newmark_loads, only: load_at
    use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, is_unloaded, newmark_run_t, &
-      spring_damper_force
+      spring_damper_force, instant_of, is_constrained
    use newmark_stepper, only: restart_acceleration
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
+   use section_types, only: section_state_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_contacts, only: active_contacts, contact_t, penetration_tolerance, &
-      shape_of_contact
+   use stop_contacts, only: active_contacts, contact_t, penetration_tolerance, shape_of_contact
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
-   public :: make_start, begin_at_contacts
+   public :: make_start, begin_at_contacts, state_of, start_from_state, resolve_stored_contacts
 
    !> Finite-element model with rigid supports fixed.
    type, extends(flexible_beam_t) :: finite_beam_t
@@ -306,5 +309,78 @@ contains
          call resolve_contacts(run, response)
       end if
    end subroutine begin_at_contacts
+
+   !> Copy the present state, from which another run can start.
+   pure subroutine state_of(run, state)
+      type(newmark_run_t), intent(in) :: run
+      type(section_state_t), intent(out) :: state
+
+      state%tau = instant_of(run)
+      associate (now => run%states(run%now))
+         state%q = now%beam%displacement
+         state%v = now%beam%velocity
+         state%is_closed = run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact
+         state%is_deformed = run%contacts%status == is_unloaded
+         state%indentation = now%indentation
+         state%branch_force = now%branch_force
+         ! with Newmark's method, `flight_height` of a stored state is the maximum gap of the flight so far
+         state%flight_height = run%contacts%peak
+         state%may_be_captured = run%contacts%may_be_captured
+      end associate
+   end subroutine state_of
+
+   !> Start a run from a stored state. The run must have the same contacts in the same order as the run that stored the
+   !> state; the parameters of their laws may differ.
+   subroutine start_from_state(state, run)
+      type(section_state_t), intent(in) :: state
+      !> The run, ready to start
+      type(newmark_run_t), intent(inout) :: run
+
+      integer :: k
+
+      associate (now => run%states(run%now))
+         now%beam%displacement(:) = state%q
+         now%beam%velocity(:) = state%v
+         now%force = 0.0_wp
+         now%indentation = state%indentation
+         now%branch_force = state%branch_force
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (contact%status == is_inactive) cycle
+               contact%status = is_open
+               contact%may_be_captured = state%may_be_captured(k)
+               contact%peak = state%flight_height(k)
+               if (state%is_deformed(k)) contact%status = is_unloaded
+               if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
+               ! the indentation is measured from the gap at which contact began, which is not stored
+               if (contact%status == is_in_contact) contact%shift = state%indentation(k) - contact%contact%height &
+                  + row_value(contact%row, now%beam%displacement)
+               contact%is_penetrating = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
+            end associate
+         end do
+         call restart_acceleration(run%stepper, now%beam)
+         call total_energy(run, run%start_energy)
+      end associate
+      run%states(3 - run%now) = run%states(run%now)
+   end subroutine start_from_state
+
+   !> Find the contact forces at the first instant, and the contacts that open at this instant under the loads of this
+   !> run, although they were closed when the state was stored.
+   pure subroutine resolve_stored_contacts(run, response)
+      type(newmark_run_t), intent(inout) :: run
+      !> Receives the events, and which contacts were closed
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      allocate (response%starts_closed(size(run%contacts)))
+      do k = 1, size(run%contacts)
+         associate (contact => run%contacts(k))
+            response%starts_closed(contact%contact%number) = contact%status == is_constrained &
+               .or. contact%status == is_in_contact
+         end associate
+      end do
+      call resolve_contacts(run, response)
+   end subroutine resolve_stored_contacts
 
 end module newmark_start

@@ -6,6 +6,7 @@
 !> longer than `min_pause` passes.
 module block_statistics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use distributions, only: student_quantile
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_named, statistics_of_stop
    use response_types, only: event_capture, event_contact, event_impact, response_t
@@ -17,7 +18,6 @@ module block_statistics
       run_statistics_t, statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, &
       sum_impacts, sum_impulse, sum_square_acceleration, sum_square_displacement, sum_square_force, sum_square_tip, &
       sum_square_tip_acceleration, sum_time, sum_tip, sum_velocity, sum_work
-   use student, only: student_quantile
    implicit none (type, external)
    private
    public :: open_blocks, clear_blocks, blocks_begun, add_events, add_contact, record_separation

@@ -1,18 +1,20 @@
-!> The groups of a run in a results file: histories, events, shapes, energies, measures.
+!> The groups of a run in a results file: histories, events, shapes, energies, measures, statistics, and Poincare
+!> sections (states of the motion at the instants of one phase angle in each period of the load).
 module response_groups
-   use body_groups, only: write_bodies
-   use contact_groups, only: contact_names, write_contacts
+   use contact_groups, only: write_bodies, contact_names, write_contacts
    use history_list, only: history_count, history_table
    use joined_texts, only: joined
    use kinds, only: wp
-   use measure_list, only: force_window
+   use measure_list, only: force_window, first_statistic, measure_table
    use measure_rows, only: write_measures_of_run
+   use number_text, only: to_text
+   use point_groups, only: contact_points, body_points, put_motion, put_points
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_closed_impulse, event_names, response_t, run_measures_t
    use run_measures, only: row_of
-   use section_groups, only: write_sections
+   use section_types, only: run_sections_t
    use signal_peaks, only: peak_tolerance
-   use statistic_groups, only: write_statistics
+   use statistic_types, only: run_statistics_t, statistic_count
    use stress_groups, only: write_stress
    implicit none (type, external)
    private
@@ -210,5 +212,107 @@ contains
       call group%put('peak', measures%peak_eta, 'displacement', 'peak of the rebound, {eta~distance} from the ' &
          //'surface of the stop', 'rebound')
    end subroutine write_measures
+
+   !> Write the instants of the sections, the states of the motion at the sections and, if it was computed, the Lyapunov
+   !> exponent.
+   subroutine write_sections(group, sections, names)
+      type(quantity_group_t), intent(in) :: group
+      type(run_sections_t), intent(in) :: sections
+      !> Names of the contacts, with blanks between them
+      character(*), intent(in) :: names
+
+      integer :: k, contacts, extra
+
+      associate (n => sections%count)
+         call group%put_attribute('period', sections%period, 'time')
+         call group%attribute('motion_period', [sections%motion_period])
+         call group%attribute('impacts_per_period', sections%impacts_per_period)
+         call group%attribute('tolerance', sections%tolerance)
+         if (allocated(sections%log_norm)) then
+            call group%put_attribute('lyapunov_exponent', sections%lyapunov_exponent, 'rate')
+            call group%attribute('lyapunov_exponent_per_period', sections%lyapunov_exponent*sections%period)
+         end if
+         call group%put('tau', sections%tau(:n), 'time', 'instant of the section{, tau}', is_scale=.true.)
+         ! a section within rounding of the end of a period belongs to that period
+         call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
+            'in which period of the load it is', 'tau')
+         call group%put('impacts', sections%impacts(:n), 'impacts in the period before', 'tau')
+         call group%put('displacement_tip', sections%displacement(1, 0, :n), 'displacement', &
+            'displacement of the tip, up from the unstressed beam', 'tau')
+         call group%put('velocity_tip', sections%displacement(2, 0, :n), 'velocity', 'its velocity', 'tau')
+         if (allocated(sections%log_norm)) call group%put('log_variation', sections%log_norm(:n), 'number', &
+            'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
+         contacts = size(sections%contact, 2)
+         if (contacts > 0) then
+            call put_points(group, contact_points, contacts)
+            call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
+            call group%attribute('flag_meanings', names, 'surface')
+            call put_motion(group, contact_points, sections%contact(1, :, :n), sections%contact(2, :, :n))
+         end if
+         extra = ubound(sections%displacement, 2)
+         if (extra > 0) then
+            call put_points(group, body_points, extra)
+            call put_motion(group, body_points, sections%displacement(1, 1:, :n), sections%displacement(2, 1:, :n))
+         end if
+         if (.not. allocated(sections%modes)) return
+         call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &
+            is_scale=.true.)
+         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', 'mode tau')
+         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', 'mode tau')
+      end associate
+   end subroutine write_sections
+
+   !> Write the statistics of the impacts of a run, of all contacts together and of each alone: with confidence
+   !> intervals and values of the blocks, and with histograms of the impacts.
+   subroutine write_statistics(group, statistics, names)
+      type(quantity_group_t), intent(in) :: group
+      type(run_statistics_t), intent(in) :: statistics
+      !> Names of the contacts, with blanks between them
+      character(*), intent(in) :: names
+
+      character(*), parameter :: along = 'surface', half_width_ending = '_half_width', block_ending = '_in_blocks'
+      type(quantity_group_t) :: histogram
+      integer :: blocks, i, k, contacts
+
+      blocks = size(statistics%in_block, 2)
+      contacts = size(statistics%has_finite_force)
+      call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop and &body, below before above; ' &
+         //'0: all together', is_scale=.true.)
+      call group%attribute('flag_values', [(k, k=0, contacts)], along)
+      call group%attribute('flag_meanings', trim('all '//names), along)
+      call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
+         //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
+      call group%attribute('half_widths', '95 % by the t distribution over the blocks; nan: there is none')
+      if (.not. all(statistics%has_finite_force)) call group%attribute('restitution', 'an impulse has neither a ' &
+         //'maximum force nor a square: of a rigid stop RMS and maximum forces are nan, means over the time in ' &
+         //'contact are without impulses, and the classes are of impulses')
+      if (any(statistics%is_maximum_unfinished)) call group%attribute('unfinished', 'an impact lasts at the end; ' &
+         //'mean and maximum impulses of its surface contain its force until then')
+      call group%put('block', [(i, i=1, blocks)], 'block', is_scale=.true.)
+      call group%put('block_start', statistics%edge(0:blocks - 1), 'time', 'begin of the block{, tau}', 'block')
+      call group%put('block_end', statistics%edge(1:), 'time', 'its end{, tau}', 'block')
+      do i = 1, statistic_count
+         associate (measure => measure_table(first_statistic - 1 + i))
+            call group%put(trim(measure%name), statistics%value(i, :), measure%quantity, measure%meaning, along)
+            if (statistics%tolerance(i) > peak_tolerance) call group%attribute('tolerance', statistics%tolerance(i), &
+               group%named(trim(measure%name)))
+            call group%put(trim(measure%name)//half_width_ending, statistics%half_width(i, :), measure%quantity, &
+               'half the width of its 95 % interval', along)
+            call group%put(trim(measure%name)//block_ending, statistics%in_block(i, :, :), measure%quantity, &
+               'the same block by block', 'block surface')
+         end associate
+      end do
+      do k = 1, contacts
+         histogram = group%subgroup('surface_'//to_text(k))
+         if (statistics%has_finite_force(k)) then
+            call histogram%put('class', statistics%class_edge(:, k), 'force', &
+               'upper end of the class, maximum force of an impact', is_scale=.true.)
+         else
+            call histogram%put('class', statistics%class_edge(:, k), 'impulse', &
+               'upper end of the class, impulse of an impact', is_scale=.true.)
+         end if
+         call histogram%put('impacts', statistics%class_count(:, k), 'impacts in it; in the first: from 0 on', 'class')
+      end do
+   end subroutine write_statistics
 
 end module response_groups

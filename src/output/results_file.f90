@@ -7,7 +7,7 @@ module results_file
    use beam_section, only: heights_of_elements, section_t
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
-   use frequency_groups, only: write_frequencies
+   use frequency_results, only: write_frequencies
    use frequency_types, only: frequency_table_t
    use history_list, only: history_count
    use kinds, only: wp

@@ -1,16 +1,18 @@
 !> Series of cases of the figures of the paper (Irie, Yamada and Asano 1977). Each series varies one parameter; each
 !> case is computed in every variant (method, mesh, kind of impulse and mass matrix) of `paper_cases`. The end of motion
-!> of a case is an instant tau by one of the definitions of `paper_outcomes`.
+!> of a case is an instant tau by one of the definitions of `paper_outcomes`. Besides the series, the first example is
+!> computed on finer and finer meshes, with an impulse on the whole beam and with replacement of the nodal velocity.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
    use paper_cases, only: comparison_variant, paper_case_t, variant_count, variant_t
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
+   use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private
-   public :: series_t, make_series, compute_series, end_tau_of, may_end_earliest, find_earliest_end
-   public :: series_names, series_symbols
-   public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
+   public :: series_t, make_series, compute_series, end_tau_of, may_end_earliest, find_earliest_end, series_names, &
+      series_symbols, vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness, &
+      convergence_t, find_convergence, impulse_kinds
 
    !> Parameters that are varied, one for each series
    integer, parameter :: vary_preload = 1
@@ -35,6 +37,17 @@ module paper_series
       !> Measures of the cases, [cases, variants]
       type(outcome_t), allocatable :: outcome(:, :)
    end type series_t
+
+   !> Names of the kinds of impulse in tables, in the order of the `impulse_` constants.
+   character(*), parameter :: impulse_kinds(2) = [character(8) :: 'momentum', 'nodal']
+
+   !> The first example on each mesh.
+   type :: convergence_t
+      !> Number of equal elements of each mesh, [meshes]
+      integer, allocatable :: elements(:)
+      !> Measures, [meshes, kinds of impulse]
+      type(outcome_t), allocatable :: outcome(:, :)
+   end type convergence_t
 
 contains
 
@@ -144,5 +157,36 @@ contains
          end do
       end do
    end subroutine find_earliest_end
+
+   !> Compute the first example, whose parameters are the defaults of `paper_case_t`, on a sequence of meshes.
+   subroutine find_convergence(coarsest, finest, duration, convergence, error)
+      !> Number of elements of the coarsest mesh, which is doubled from mesh to mesh
+      integer, intent(in) :: coarsest
+      !> Maximum number of elements
+      integer, intent(in) :: finest
+      !> Duration of the runs in tau
+      real(wp), intent(in) :: duration
+      !> Results of all meshes
+      type(convergence_t), intent(out) :: convergence
+      !> Set if a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer, parameter :: impulses(2) = [impulse_momentum, impulse_nodal]
+      integer :: i, k, meshes
+
+      meshes = 1
+      do while (coarsest*2**meshes <= finest)
+         meshes = meshes + 1
+      end do
+      allocate (convergence%elements, source=[(coarsest*2**(i - 1), i=1, meshes)])
+      allocate (convergence%outcome(meshes, 2))
+      do i = 1, meshes
+         do k = 1, 2
+            call find_outcome(paper_case_t(), variant_t('', convergence%elements(i), method_exact, impulses(k)), &
+               duration, convergence%outcome(i, k), error)
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine find_convergence
 
 end module paper_series

@@ -4,12 +4,10 @@ module statements_study
    use failures, only: failure_t
    use frequency_statements, only: judge_frequencies
    use kinds, only: wp
-   use mass_and_taper_statements, only: judge_mass, judge_taper
    use paper_cases, only: coarse, fine, variant_count, variant_t
-   use paper_convergence, only: convergence_t, find_convergence
-   use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, &
-      vary_restitution, vary_stiffness, vary_taper, vary_zeta
-   use position_and_damping_statements, only: judge_damping, judge_position
+   use paper_series, only: convergence_t, find_convergence, compute_series, make_series, series_t, vary_mass, &
+      vary_position, vary_preload, vary_restitution, vary_stiffness, vary_taper, vary_zeta
+   use parameter_statements, only: judge_mass, judge_taper, judge_damping, judge_position
    use statement_types, only: statement_t
    use stop_statements, only: judge_models, judge_preload, judge_restitution
    implicit none (type, external)

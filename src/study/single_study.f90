@@ -3,8 +3,8 @@ module single_study
    use analyses, only: analyse, analysed_t, print_analyses, write_analyses
    use beam_model, only: beam_model_t
    use failures, only: failure_t
+   use frequency_results, only: print_frequency_table
    use frequency_study, only: frequency_table
-   use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
    use mesh_choice, only: case_beam_t, choose_mesh

@@ -10,7 +10,7 @@ module newmark_convergence
    use motion_run, only: run_motion
    use newmark_loads, only: prepare_loads
    use newmark_run, only: newmark_run_t
-   use newmark_stability, only: highest_frequency
+   use newmark_limits, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_t, response_t
    use run_settings, only: method_exact, run_settings_t

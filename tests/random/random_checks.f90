@@ -11,8 +11,7 @@ module random_checks
    use kinds, only: lambda1, wp
    use load_settings, only: start_release
    use measure_list, only: measure_count, measure_table
-   use newmark_limits, only: rounding_of_energy
-   use newmark_stability, only: highest_frequency
+   use newmark_limits, only: rounding_of_energy, highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: impulse_momentum, law_restitution, method_exact, run_settings_t, stop_settings_t
