@@ -1,9 +1,11 @@
 !> Reduced basis of a large mesh for one run: the lowest modes, and residual modes, which add the static response of
-!> all other modes to forces at the stops and to the loads (docs/theory.md, section 13). Mode shapes are also given in
-!> the coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the kinetic energy |B dq/dt|^2/2.
+!> all other modes to forces at the stops and to the loads, and their part in the start (docs/theory.md, section 13).
+!> Mode shapes are also given in the coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the
+!> kinetic energy |B dq/dt|^2/2.
 module few_modes
    use applied_loads, only: applied_loads_t, are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
+   use beam_starts, only: find_start_momenta
    use failures, only: failure_t
    use free_modes, only: complete_modes, find_free_modes, free_modes_t
    use kinds, only: wp
@@ -225,8 +227,9 @@ contains
       modes%lambda = [modes%lambda, lambda_of(vectors, deflection)]
    end subroutine append
 
-   !> Shapes from which residual modes are made: static shapes of unit forces at the stops and of the loads, and for
-   !> each rigid stop the velocity field of a unit impulse at the stop.
+   !> Shapes from which residual modes are made: static shapes of unit forces at the stops and of the loads, for each
+   !> rigid stop the velocity field of a unit impulse at the stop, and the initial displacement and velocity, unless
+   !> the start is a static shape or a mode.
    subroutine gather_shapes(model, settings, beam, shapes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -239,9 +242,14 @@ contains
       type(applied_loads_t) :: loads
       type(beam_model_t) :: constrained
       type(skyline_t) :: factors
-      real(wp), allocatable :: forces(:, :), shape(:)
+      ! minimum of twice the strain energy over twice the kinetic energy of a field that is more than a rotation of a
+      ! pinned beam and its rounding errors
+      real(wp), parameter :: min_strain = 1.0e-12_wp
+      real(wp), allocatable :: forces(:, :), momenta(:, :), motion(:)
+      ! M y and M y' at the start
+      real(wp) :: at_start(beam%dofs, 2)
       logical, allocatable :: has_impulses(:)
-      integer :: j, stops
+      integer :: found, j, stops
 
       stops = 0
       if (settings%has_stop) stops = size(model%stop_dofs)
@@ -258,21 +266,29 @@ contains
       if (loads%count > 0) forces(:, stops + 1:) = loads%vector(:beam%dofs, :)
       ! a force at a rigid support has no effect on the beam
       forces(beam%supported, :) = 0.0_wp
-      allocate (shapes(beam%order, size(forces, 2) + count(has_impulses)))
+      call find_start_momenta(model, settings%start, at_start(:, 1), at_start(:, 2))
+      at_start(beam%supported, :) = 0.0_wp
+      if (model%has_massless_node) at_start = 0.0_wp
+      allocate (momenta, source=reshape([forces(:, pack([(j, j=1, stops)], has_impulses)), at_start], &
+         [beam%dofs, count(has_impulses) + size(at_start, 2)]))
+      allocate (shapes(beam%order, size(forces, 2) + size(momenta, 2)))
       do j = 1, size(forces, 2)
          call displace_transposed(beam, forces(:, j), shapes(:, j))
       end do
-      if (.not. any(has_impulses)) return
-      constrained = constrain_supports(model)
-      factors = constrained%mass
-      call factorise(factors, error)
-      if (allocated(error)) return
-      do j = 1, stops
-         if (.not. has_impulses(j)) cycle
-         shape = forces(:, j)
-         call solve_factorised(factors, shape)
-         shapes(:, size(forces, 2) + count(has_impulses(:j))) = coordinates_of_motion(beam, shape)
-      end do
+      found = size(forces, 2)
+      if (any(abs(momenta) > 0.0_wp)) then
+         constrained = constrain_supports(model)
+         factors = constrained%mass
+         call factorise(factors, error)
+         if (allocated(error)) return
+         do j = 1, size(momenta, 2)
+            motion = momenta(:, j)
+            call solve_factorised(factors, motion)
+            shapes(:, found + 1) = coordinates_of_motion(beam, motion)
+            if (sum(shapes(:, found + 1)**2) > min_strain*dot_product(momenta(:, j), motion)) found = found + 1
+         end do
+      end if
+      shapes = shapes(:, :found)
    end subroutine gather_shapes
 
 end module few_modes
