@@ -1,10 +1,27 @@
-!> Explicit interfaces of the LAPACK and BLAS routines that the program calls, and their `info` as a message.
+!> Explicit interfaces of the LAPACK and BLAS routines that the program calls, and their `info` as a message; procedures
+!> that keep BLAS in the calling thread and report the memory that OpenBLAS takes (blas_threads.c).
 module lapack_interfaces
+   use, intrinsic :: iso_c_binding, only: c_long_long
    use kinds, only: wp
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: dsygv, dgejsv, dpotrf, dstevd, dgesv, dgeev, dgemm, dgemv, dtrsm, lapack_message
+   public :: dsygv, dgejsv, dpotrf, dstevd, dgesv, dgeev, dgemm, dgemv, dtrsm, lapack_message, single_threaded_blas, &
+      blas_buffer
+
+   interface
+      !> From now on the BLAS library starts no threads.
+      subroutine single_threaded_blas() bind(c, name='impactbeam_single_threaded_blas')
+         implicit none (type, external)
+      end subroutine single_threaded_blas
+
+      !> Address space that OpenBLAS takes for each thread, bytes; 0: another library.
+      function blas_buffer() bind(c, name='impactbeam_blas_buffer') result(bytes)
+         import :: c_long_long
+         implicit none (type, external)
+         integer(c_long_long) :: bytes
+      end function blas_buffer
+   end interface
 
    interface
       !> All eigenvalues, and on request eigenvectors, of A x = lambda B x, A symmetric, B positive definite.
@@ -117,5 +134,6 @@ contains
          message = routine//' did not converge (info = '//to_text(info)//')'
       end if
    end function lapack_message
+
 
 end module lapack_interfaces

@@ -3,17 +3,16 @@
 module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, complete_model
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: common_zeta, select_modes
-   use point_groups, only: in_degrees, put_all_amplitudes
+   use point_groups, only: body_points, contact_points, in_degrees, put_amplitudes
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
-   use run_models, only: complete_model
    use run_settings, only: run_settings_t
    use scene_types, only: frequency_response_settings_t, scene_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
@@ -151,7 +150,8 @@ contains
          is_scale=.true.)
       call group%put('amplitude_tip', abs(self%tip), 'displacement', 'amplitude of the tip', 'omega')
       call group%put('phase_tip', in_degrees(self%tip), 'number', 'its phase in degrees', 'omega')
-      call put_all_amplitudes(group, self%points, self%stop)
+      call put_amplitudes(group, body_points, self%points)
+      call put_amplitudes(group, contact_points, self%stop)
    end subroutine write_group
 
 end module frequency_response

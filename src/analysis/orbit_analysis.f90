@@ -5,13 +5,13 @@ module orbit_analysis
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
    use failures, only: failure_t
-   use joined_texts, only: joined
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use orbit_search, only: find_orbits
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_names, &
       mark_torus, orbit_branch_t, orbit_point_t, orbit_study_t
    use point_groups, only: contact_points, put_motion, put_points
+   use printable_text, only: joined
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: with_decimals, phrase, value_in_units

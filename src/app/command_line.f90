@@ -1,7 +1,7 @@
 !> The arguments of the command line.
 module command_line
    use failures, only: fail, failure_t, status_bad_input
-   use joined_texts, only: joined
+   use printable_text, only: joined
    use program_identity, only: program_name
    use scene_templates, only: template_kinds
    use table_texts, only: table_formats

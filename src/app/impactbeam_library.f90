@@ -1,9 +1,9 @@
 !> The entry point for other programs, which runs a scene from code. Link the CMake target `impactbeam::impactbeam`, or
 !> the libraries that `pkg-config --libs impactbeam` prints.
 module impactbeam_library
-   use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t
    use failures, only: failure_t
+   use lapack_interfaces, only: single_threaded_blas
    use program_identity, only: program_motion, program_version
    use program_run, only: check_memory_needs, program_t, read_scenes, run_scene
    use results_file, only: results_name

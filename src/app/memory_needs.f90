@@ -1,12 +1,12 @@
 !> The memory that a scene needs, estimated before it runs. The estimate is the size of the arrays that grow with the
 !> scene, at the moment when most of them are allocated. Measured, a large scene takes 0.7 to 1.2 times as much.
 module memory_needs
-   use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
-   use machine_memory, only: free_addresses, free_memory, in_bytes
+   use lapack_interfaces, only: blas_buffer
+   use name_types, only: max_stored_numbers
    use number_text, only: to_text
-   use value_rules, only: max_stored_numbers
+   use process, only: free_addresses, free_memory, in_bytes
    implicit none (type, external)
    private
    public :: memory_need_t, check_need, add_need, add_modes, add_samples, short_text, overhead, bytes_of_number

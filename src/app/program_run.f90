@@ -3,10 +3,10 @@
 module program_run
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: existing_part, remove_empty_folders
+   use lapack_interfaces, only: single_threaded_blas
    use memory_needs, only: check_need, memory_need_t
    use name_list, only: write_names
    use process, only: open_text, prepare_process, print_text, text_of, run_on_default_stack

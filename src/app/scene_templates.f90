@@ -1,6 +1,6 @@
 !> Template scenes (input files to begin from), which `impactbeam --new KIND` prints.
 module scene_templates
-   use joined_texts, only: joined
+   use printable_text, only: joined
    implicit none (type, external)
    private
    public :: template_kinds, template_text

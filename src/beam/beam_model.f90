@@ -1,19 +1,24 @@
 !> The assembled beam: stiffness and mass matrices in skyline storage, with point masses, clamped, pinned or on springs
 !> at x = 0, in units where E Ibar = rho Abar = L = 1. The eigenvalues are lambda^4.
+!>
+!> The model of a run is that of its beam and, after the degrees of freedom of the beam, the extra degrees of freedom of
+!> the run, such as those of bodies, with entries on the diagonals of K and M alone. Contacts, whose rows have entries
+!> for these degrees of freedom, couple them to the beam.
 module beam_model
    use beam_element, only: element_mass, element_stiffness
    use beam_mesh, only: mesh_t
    use beam_section, only: section_t
    use failures, only: failure_t
-   use kinds, only: wp
+   use kinds, only: wp, lambda1_power4
    use redistributed_mass, only: continuation_at_stop, continuation_t, redistribute
-   use run_settings, only: extra_dof_t
+   use run_settings, only: extra_dof_t, run_settings_t, stop_settings_t, stops_of
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, recorded_point_t, make_beam_model
-   public :: element_dofs, is_mechanism, moves_freely, node_dofs, has_pinned_root, constrain_supports, static_shape
+   public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, recorded_point_t, make_beam_model, element_dofs, &
+      is_mechanism, moves_freely, node_dofs, has_pinned_root, constrain_supports, static_shape, complete_model, &
+      beam_alone
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
    type :: beam_support_t
@@ -72,7 +77,7 @@ module beam_model
       integer, allocatable :: stop_dofs(:)
       !> Degree of freedom of the surface of each stop, which moves with it; 0: the surface is fixed, [stops]
       integer, allocatable :: partner_dofs(:)
-      !> Degrees of freedom besides those of the beam, the last of K and M (module `run_models`); of size 0 if there are
+      !> Degrees of freedom besides those of the beam, the last of K and M (`complete_model`); of size 0 if there are
       !> none
       type(extra_dof_t), allocatable :: extra(:)
       !> Recorded degrees of freedom besides those of the beam; of size 0 if there are none
@@ -294,5 +299,75 @@ contains
       call solve_factorised(factors, shape)
       shape = shape/shape(model%stop_dof)
    end subroutine static_shape
+
+   !> Complete the model of a beam to that of a run: append the extra degrees of freedom, and let the contacts of bodies
+   !> refer to them.
+   pure subroutine complete_model(settings, model)
+      type(run_settings_t), intent(in) :: settings
+      !> On entry the beam alone
+      type(beam_model_t), intent(inout) :: model
+
+      type(stop_settings_t), allocatable :: stops(:)
+      integer :: k
+
+      if (.not. allocated(settings%extra_dofs)) return
+      allocate (stops, source=stops_of(settings))
+      associate (order => model%mass%order)
+         do k = 1, size(stops)
+            if (stops(k)%partner == 0) cycle
+            if (stops(k)%is_of_base) model%stop_dofs(k) = order + stops(k)%partner
+            if (.not. stops(k)%is_of_base) model%partner_dofs(k) = order + stops(k)%partner
+         end do
+      end associate
+      call set_extra(settings%extra_dofs, model)
+   end subroutine complete_model
+
+   !> A model without extra degrees of freedom. Its stops may still refer to them.
+   pure type(beam_model_t) function beam_alone(model) result(beam)
+      type(beam_model_t), intent(in) :: model
+
+      beam = model
+      if (size(model%extra) > 0) call set_extra(model%extra(:0), beam)
+   end function beam_alone
+
+   !> Replace the extra degrees of freedom of a model.
+   pure subroutine set_extra(extra, model)
+      type(extra_dof_t), intent(in) :: extra(:)
+      type(beam_model_t), intent(inout) :: model
+
+      integer :: i
+
+      associate (before => model%mass%order - size(model%extra))
+         model%points = [(recorded_point_t(before + i, extra(i)%position, extra(i)%origin, extra(i)%rest), &
+            i=1, size(extra))]
+         call replace_end(before, lambda1_power4*extra%mass*extra%square, model%stiffness)
+         call replace_end(before, extra%mass, model%mass)
+      end associate
+      model%extra = extra
+      if (allocated(model%lumped_mass)) deallocate (model%lumped_mass)
+      if (allocated(model%own_rate)) deallocate (model%own_rate)
+      if (size(extra) == 0) return
+      associate (beam => model%mass%order - size(extra))
+         model%lumped_mass = [spread(0.0_wp, 1, beam), extra%mass]
+         if (any(extra%rate >= 0.0_wp)) model%own_rate = [spread(-1.0_wp, 1, beam), extra%rate]
+      end associate
+   end subroutine set_extra
+
+   !> Replace the last columns of a matrix by those of a diagonal matrix.
+   pure subroutine replace_end(before, diagonal, matrix)
+      !> Number of columns before them
+      integer, intent(in) :: before
+      real(wp), intent(in) :: diagonal(:)
+      type(skyline_t), intent(inout) :: matrix
+
+      integer :: i
+
+      associate (entries => matrix%diagonal(before))
+         matrix%values = [matrix%values(:entries), diagonal]
+         matrix%diagonal = [matrix%diagonal(:before), [(entries + i, i=1, size(diagonal))]]
+      end associate
+      matrix%first_row = [matrix%first_row(:before), [(before + i, i=1, size(diagonal))]]
+      matrix%order = before + size(diagonal)
+   end subroutine replace_end
 
 end module beam_model

@@ -4,13 +4,12 @@
 module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
-   use machine_facts, only: reset_peak_memory, peak_memory
    use motion_tasks, only: events_only, histories_and_energy, prepare_task, settings_for, task_assembly, &
       task_few_modes, task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
    use run_settings, only: name_length, output_settings_t
    use scene_types, only: integrator_average, integrator_exact, precision_settings_t, scene_t
-   use timed_tasks, only: measure_time, timing_t
+   use timed_tasks, only: reset_peak_memory, peak_memory, measure_time, timing_t
    implicit none (type, external)
    private
    public :: measure_parts, measure_growth, fitted_exponent

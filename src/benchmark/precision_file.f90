@@ -8,7 +8,6 @@ module precision_file
    use failures, only: failure_t
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
-   use machine_facts, only: kind_of_build, options_of_compiler, processor_name
    use motion_errors, only: motion_errors_t
    use number_text, only: to_text
    use precision_types, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of, precision_t, &
@@ -16,7 +15,7 @@ module precision_file
    use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results
    use scene_types, only: integrator_names, mass_names, scene_t
-   use timed_tasks, only: clock_resolution, timing_t
+   use timed_tasks, only: kind_of_build, options_of_compiler, processor_name, clock_resolution, timing_t
    implicit none (type, external)
    private
    public :: write_precision

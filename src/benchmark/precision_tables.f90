@@ -2,12 +2,12 @@
 module precision_tables
    use, intrinsic :: iso_fortran_env, only: compiler_version
    use kinds, only: wp
-   use machine_facts, only: kind_of_build, processor_name
    use number_text, only: to_text
    use precision_types, only: fastest_of, error_bounds, error_contributions, scheme_name, schemes_of, motion_entry_t, &
       precision_t, varied_hop, varied_mesh, varied_modes, varied_names, varied_step
    use scene_types, only: integrator_exact, integrator_names, mass_names, scene_t
    use solver_precision, only: rounding_start
+   use timed_tasks, only: kind_of_build, processor_name
    implicit none (type, external)
    private
    public :: print_precision

@@ -7,12 +7,11 @@
 !>
 !> Scales: displacements in D (eta), forces P in lambda1^4 E Ibar D/L^3, as in the laws of the stops.
 module static_states
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, beam_alone
    use contact_starts, only: find_static_forces
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
    use number_text, only: rounded, to_text
-   use run_models, only: beam_alone
    use stop_contacts, only: active_contacts, penetrates, shape_of_contact, contact_t
    use support_coordinates, only: supported_beam_t, displace, displace_transposed, make_supported_beam
    implicit none (type, external)

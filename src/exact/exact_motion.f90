@@ -3,7 +3,7 @@
 !> phase is the motion between two events).
 module exact_motion
    use applied_loads, only: has_loads
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, complete_model
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
@@ -19,7 +19,6 @@ module exact_motion
    use motion_phases, only: motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
-   use run_models, only: complete_model
    use run_recorder, only: make_recorder, recorder_t
    use run_settings, only: count_samples, run_settings_t
    use section_types, only: section_state_t

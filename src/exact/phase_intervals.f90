@@ -13,11 +13,10 @@ module phase_intervals
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, output_row_t
    use phase_curves, only: signal_curve_t
-   use phase_integrals, only: integrate_on_path
-   use phase_losses, only: advance_contact, impulse_in, loss_of_contact
+   use phase_losses, only: integrate_on_path, advance_contact, impulse_in, loss_of_contact
    use phase_rows, only: can_square_rows, is_integrable, is_on_path, signal_of_row
    use phase_state, only: end_force, cache_state, find_state, phase_state_t, signal_of, observed_gap, observed_tip
-   use phase_sums, only: find_acceleration, find_sums, integrate_accelerations
+   use phase_sums, only: find_acceleration, find_sums
    use response_types, only: settling_level
    use row_peaks, only: max_on_path, range_on_path, state_on_path
    use row_signals, only: row_signal_t
@@ -321,6 +320,7 @@ contains
       type(output_row_t) :: rows(2*self%contacts + 1)
       type(row_signal_t) :: signals(size(rows))
       real(wp), dimension(size(rows)) :: row_integral, square_integral
+      type(exponential_sums_t) :: accelerations
       logical :: are_rows
       ! index of the displacement at the tip among the rows; 0: the tip is at no contact
       integer :: tip_place
@@ -328,7 +328,8 @@ contains
       integer :: i, k, m, n
 
       if (present(order)) then
-         call integrate_accelerations(self%now, self%moments, self%length, span, integrals, square_integrals)
+         call find_sums(self%now, self%moments, self%length, [(k, k=1, size(integrals))], accelerations, order)
+         call integrate_signals(accelerations, span(1), span(2), self%now%set%squares, integrals, square_integrals)
          return
       end if
       associate (now => self%now, set => self%now%set)

@@ -12,10 +12,9 @@ module phase_sums
    use phase_state, only: observed_gap, observed_tip, phase_state_t, signal_of
    use response_types, only: contact_record_t
    use run_recorder, only: sample_t
-   use signal_integrals, only: integrate_signals
    implicit none (type, external)
    private
-   public :: find_sums, find_acceleration, integrate_accelerations, sample_accelerations
+   public :: find_sums, find_acceleration, sample_accelerations
 
 contains
 
@@ -245,26 +244,6 @@ contains
       call move_alloc(acceleration, now%signal)
       signal => now%signal
    end subroutine find_acceleration
-
-   !> Integrals of accelerations and of their squares over a span of a phase.
-   subroutine integrate_accelerations(now, moments, length, span, integrals, square_integrals)
-      type(phase_state_t), intent(inout) :: now
-      type(moments_t), intent(in) :: moments
-      !> Length of the phase
-      real(wp), intent(in) :: length
-      !> Beginning and end of the span, since the start of the phase
-      real(wp), intent(in) :: span(2)
-      !> Integrals of the accelerations at the contacts, in the direction of their gaps, and of the tip, [contacts + 1]
-      real(wp), intent(out) :: integrals(:)
-      !> Integrals of their squares, [contacts + 1]
-      real(wp), intent(out) :: square_integrals(:)
-
-      type(exponential_sums_t) :: sums
-      integer :: k
-
-      call find_sums(now, moments, length, [(k, k=1, size(integrals))], sums, order=2)
-      call integrate_signals(sums, span(1), span(2), now%set%squares, integrals, square_integrals)
-   end subroutine integrate_accelerations
 
    !> Accelerations of the beam at a sample, positive upwards; impulses are not part of them. The histories of the run
    !> refer to the release contact or, without a stop, to the tip.

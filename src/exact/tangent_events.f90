@@ -31,7 +31,7 @@ contains
       call find_rates(now, 0.0_wp, tangent%boundary_rates)
       call shift_columns(tangent%boundary_rates, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
-      column_size = column_norm(tangent, 1, now%beam%oscillators)
+      column_size = column_norm(tangent, now%beam%oscillators)
       ! a single column belongs to a Lyapunov exponent, which needs the logarithm of its size alone
       if (column_size < max_size .and. column_size*max_size > 1.0_wp .or. column_size <= 0.0_wp) return
       tangent%log_scale = tangent%log_scale + log(column_size)
@@ -117,7 +117,7 @@ contains
          if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
          at_section = tangent
          call propagate_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), at_section)
-         size_at_section = column_norm(at_section, 1, now%beam%oscillators)
+         size_at_section = column_norm(at_section, now%beam%oscillators)
          sections%log_norm(n) = ieee_value(1.0_wp, ieee_quiet_nan)
          if (size_at_section > 0.0_wp) sections%log_norm(n) = at_section%log_scale + log(size_at_section)
       end do

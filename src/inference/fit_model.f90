@@ -12,11 +12,10 @@ module fit_model
    use least_squares, only: residuals_t
    use measure_list, only: peak_count
    use motion_run, only: set_store_t
-   use quantities, only: quantity_named, units_t
+   use quantities, only: quantity_named, units_t, units_in
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: count_samples, output_settings_t, response_settings_t, stop_settings_t
    use scene_types, only: all_stops, scene_t
-   use scene_units, only: units_in
    use scene_words, only: stop_of_release
    use sweep_plan, only: fraction_at_value, plan_t, value_at_fraction
    implicit none (type, external)

@@ -11,9 +11,9 @@ module fit_start
    use measure_list, only: measure_status, measure_table
    use measure_rows, only: row_in_units
    use motion_run, only: set_store_t
+   use quantities, only: units_in
    use response_types, only: response_t
    use run_measures, only: row_of
-   use scene_units, only: units_in
    use sweep_plan, only: make_plan, plan_t
    implicit none (type, external)
    private

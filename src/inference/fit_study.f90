@@ -8,27 +8,25 @@ module fit_study
    use failures, only: fail, failure_t, status_run_failed
    use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, max_name_length, &
       start_model
-   use fit_results, only: fit_t, print_fit, write_fit
+   use fit_results, only: fit_t, print_fit, write_fit, find_certainty, growth_rate, whiteness
    use fit_start, only: extras_of_fit, fit_from
-   use fit_statistics, only: find_certainty, growth_rate, whiteness
    use inference_settings, only: observed_table
    use kinds, only: pi, wp
    use least_squares, only: final_tolerance, minimise
    use motion_run, only: set_store_t
    use number_text, only: to_text
-   use quantities, only: units_t
+   use quantities, only: units_t, units_in
    use quantity_groups, only: quantity_group_t
    use reader_units, only: scene_unit_of, unit_in
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use singular_vectors, only: find_singular
    use study_job, only: job_t
+   use sweep_best, only: update_search, next_poll, search_state_t, start_search
    use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
    use sweep_plan, only: make_plan, plan_t
    use sweep_ranks, only: is_first_rank
    use sweep_run, only: start_plan
-   use sweep_search, only: update_search, next_poll, search_state_t, start_search
    use sweep_study, only: plan_run_t, run_plan
    implicit none (type, external)
    private

@@ -9,9 +9,9 @@ module uncertain_values
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: wp
    use number_text, only: to_text
+   use quantities, only: units_in
    use reader_units, only: scene_unit_of
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use sweep_plan, only: axis_t, fraction_at_value, plan_t
    implicit none (type, external)
    private

@@ -8,12 +8,11 @@ module uncertainty_study
    use measure_list, only: measure_table
    use measure_selection, only: chosen_measures
    use number_text, only: to_text, rounded
-   use quantities, only: name_in_results, units_t
+   use quantities, only: name_in_results, units_t, units_in
    use quantity_groups, only: quantity_group_t
    use reader_units, only: unit_in
    use sample_statistics, only: find_sample_statistics, sample_t
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refined_t
    use sweep_file, only: survey_chunks, survey_t, write_sweep, summary_t

@@ -3,12 +3,11 @@
 !> all runs of a beam on one mesh, in all threads, share them. A run that selects or reorders modes, or adds residual
 !> modes or modes of extra degrees of freedom, does so in a copy.
 module free_modes
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, beam_alone
    use constrained_modes, only: attach_supports
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes
-   use run_models, only: beam_alone
    use run_settings, only: extra_dof_t, name_length, run_settings_t
    use skyline_matrix, only: multiply
    use sorting, only: order_columns

@@ -102,17 +102,16 @@ contains
       end do
    end subroutine shift_columns
 
-   !> Norm of a column, chosen such that the norm of a single free underdamped mode decays monotonically.
-   pure real(wp) function column_norm(tangent, column, oscillators) result(norm)
+   !> Norm of the first column, chosen such that the norm of a single free underdamped mode decays monotonically.
+   pure real(wp) function column_norm(tangent, oscillators) result(norm)
       type(tangent_t), intent(in) :: tangent
-      integer, intent(in) :: column
       !> The free modes
       type(oscillators_t), intent(in) :: oscillators
 
-      associate (q => tangent%q(:, column), v => tangent%v(:, column), n => oscillators%underdamped, &
+      associate (q => tangent%q(:, 1), v => tangent%v(:, 1), n => oscillators%underdamped, &
          last => oscillators%count)
          norm = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
-            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%branch_force(:, column)**2))
+            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%branch_force(:, 1)**2))
       end associate
    end function column_norm
 

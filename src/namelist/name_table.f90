@@ -9,9 +9,8 @@
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, in_units_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
-      max_name_length, name_t, sweep_t
+      max_name_length, name_t, sweep_t, is_among, range_t
    use number_text, only: to_text
-   use value_rules, only: is_among, range_t
    implicit none (type, external)
    private
    public :: table_t, max_repeats

@@ -5,12 +5,11 @@
 !> accepted file. Rejected on purpose: subscripts and components, null values, texts that continue on the next line, `$`
 !> and `&end`, and anything except blanks and comments outside of groups.
 module namelist_text
-   use joined_texts, only: occurrences
    use kinds, only: i8
    use namelist_tokens, only: advance, cursor_t, next_is_equals, is_name, lower_case, &
       normalise_lines, slice, token_comma, token_end, token_equals, token_group, token_slash, token_value, value_t
    use number_text, only: to_text
-   use printable_text, only: excerpt
+   use printable_text, only: occurrences, excerpt
    implicit none (type, external)
    private
    public :: namelist_t, parse_namelist

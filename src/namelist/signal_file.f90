@@ -2,14 +2,13 @@
 !> header of any length, units in a line of their own or after the names of the columns, a point or a comma before
 !> decimals, and perhaps a column with the noise of the values.
 module signal_file
-   use joined_texts, only: occurrences
+   use file_system, only: load_text
    use kinds, only: wp
+   use name_types, only: number_range, range_text
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
    use number_text, only: list_of_numbers, to_text
-   use printable_text, only: excerpt
-   use text_file, only: load_text
-   use value_rules, only: number_range, range_text
+   use printable_text, only: occurrences, excerpt
    implicit none (type, external)
    private
    public :: signal_t, read_signal, unit_ratio

@@ -1,13 +1,12 @@
 !> Reading of the table of a load or of a motion of the base: a text file with two columns, times and values.
 module time_table
-   use joined_texts, only: occurrences
+   use file_system, only: load_text
    use kinds, only: wp
+   use name_types, only: range_text, signed_range
    use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
    use number_text, only: to_text
-   use printable_text, only: excerpt
-   use text_file, only: load_text
-   use value_rules, only: range_text, signed_range
+   use printable_text, only: occurrences, excerpt
    implicit none (type, external)
    private
    public :: read_time_table

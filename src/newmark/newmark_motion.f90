@@ -7,7 +7,7 @@
 !> state that is not the present one, and becomes the present state if it is accepted.
 module newmark_motion
    use applied_loads, only: has_loads
-   use beam_model, only: beam_model_t, constrain_supports, is_mechanism, moves_freely
+   use beam_model, only: beam_model_t, constrain_supports, is_mechanism, moves_freely, complete_model
    use contact_measures, only: open_measures
    use contact_rows, only: band, contact_row_t, row_value
    use failures, only: fail, failure_t, status_bad_input
@@ -34,7 +34,6 @@ module newmark_motion
    use response_records, only: open_contact_record, open_records
    use response_types, only: balance_error, response_t
    use run_measures, only: no_rest
-   use run_models, only: complete_model
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_progress, only: report_progress
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t

@@ -11,13 +11,13 @@ module block_statistics
    use measure_list, only: first_statistic, measure_named, statistics_of_stop
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use run_settings, only: end_of_run, run_settings_t
-   use statistic_forms, only: find_statistics, forms, minima
-   use statistic_types, only: block_sums_t, contact_sums_t, impact_t, maximum_acceleration, maximum_displacement, &
-      maximum_force, maximum_impulse, maximum_tip, maximum_tip_acceleration, maximum_velocity, &
-      minimum_acceleration, minimum_displacement, minimum_force, minimum_tip, minimum_tip_acceleration, &
-      run_statistics_t, statistic_count, sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, &
-      sum_impacts, sum_impulse, sum_square_acceleration, sum_square_displacement, sum_square_force, sum_square_tip, &
-      sum_square_tip_acceleration, sum_time, sum_tip, sum_velocity, sum_work
+   use statistic_types, only: find_statistics, forms, minima, block_sums_t, contact_sums_t, impact_t, &
+      maximum_acceleration, maximum_displacement, maximum_force, maximum_impulse, maximum_tip, &
+      maximum_tip_acceleration, maximum_velocity, minimum_acceleration, minimum_displacement, minimum_force, &
+      minimum_tip, minimum_tip_acceleration, run_statistics_t, statistic_count, sum_contact, sum_count, &
+      sum_displacement, sum_force, sum_impact_impulse, sum_impacts, sum_impulse, sum_square_acceleration, &
+      sum_square_displacement, sum_square_force, sum_square_tip, sum_square_tip_acceleration, sum_time, sum_tip, &
+      sum_velocity, sum_work
    implicit none (type, external)
    private
    public :: open_blocks, clear_blocks, blocks_begun, add_events, add_contact, record_separation

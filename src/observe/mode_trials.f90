@@ -8,8 +8,7 @@ module mode_trials
    use free_modes, only: free_modes_t
    use history_list, only: eta_stop, eta_tip, history_table
    use kinds, only: lambda1, pi, wp
-   use load_periods, only: is_steady
-   use load_settings, only: course_harmonic, start_balance, start_rest, time_course_t
+   use load_settings, only: is_steady, course_harmonic, start_balance, start_rest, time_course_t
    use response_types, only: event_impact, is_contact_start, mode_check_t, settling_level, response_t
    use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
    use stop_contacts, only: contact_t, contacts_of, datum_of

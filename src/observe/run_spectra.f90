@@ -472,14 +472,14 @@ contains
       associate (result => sums%result, windows => sums%windows)
          result%segments = result%segments + 1
          do k = 1, size(result%of)
-            segment = transforms_of(windows, sums%transform(:, k, :), result%segments - 1, .true.)
+            segment = transforms_of(windows, sums%transform(:, k, :), result%segments - 1)
             power = real(segment, wp)**2 + aimag(segment)**2
             ! Welford's update: sums of squares would cancel
             deviation = power - result%power(:, k)
             result%power(:, k) = result%power(:, k) + deviation/real(result%segments, wp)
             result%scatter(:, k) = result%scatter(:, k) + deviation*(power - result%power(:, k))
             if (.not. allocated(sums%change)) cycle
-            segment = transforms_of(windows, sums%change(:, k, :), result%segments - 1, .true.)
+            segment = transforms_of(windows, sums%change(:, k, :), result%segments - 1)
             result%sampling_error(k) = max(result%sampling_error(k), maxval(abs(segment)) &
                + sum(sums%unsampled(k, :merge(2, 1, windows%kind == window_hann))))
          end do

@@ -92,15 +92,13 @@ contains
       end if
    end subroutine open_windows
 
-   !> Transforms of a windowed segment at the frequencies of the spectrum.
-   pure function transforms_of(windows, halves, number, without_mean) result(segment)
+   !> Transforms of a windowed segment, less its mean, at the frequencies of the spectrum.
+   pure function transforms_of(windows, halves, number) result(segment)
       type(windows_t), intent(in) :: windows
       !> Integrals over the second and over the first half of the segment, [frequencies, 2]
       complex(wp), intent(in) :: halves(:, :)
       !> Number of the segment, from 0
       integer, intent(in) :: number
-      !> Whether to subtract the mean of the windowed signal
-      logical, intent(in) :: without_mean
       complex(wp) :: segment(size(windows%frequency))
 
       complex(wp) :: mean
@@ -120,7 +118,7 @@ contains
          segment = halves(windows%first(0):windows%first(0) + points - 1, 1)
          mean = halves(windows%zero(0), 1)/windows%half
       end if
-      if (without_mean) segment = segment - real(mean, wp)*of_window(windows, number, windows%frequency)
+      segment = segment - real(mean, wp)*of_window(windows, number, windows%frequency)
 
    contains
 

@@ -1,14 +1,14 @@
 !> The groups of a run in a results file: histories, events, shapes, energies, measures, statistics, and Poincare
 !> sections (states of the motion at the instants of one phase angle in each period of the load).
 module response_groups
-   use contact_groups, only: write_bodies, contact_names, write_contacts
    use history_list, only: history_count, history_table
-   use joined_texts, only: joined
    use kinds, only: wp
    use measure_list, only: force_window, first_statistic, measure_table
    use measure_rows, only: write_measures_of_run
    use number_text, only: to_text
-   use point_groups, only: contact_points, body_points, put_motion, put_points
+   use point_groups, only: write_bodies, contact_names, write_contacts, contact_points, body_points, put_motion, &
+      put_points
+   use printable_text, only: joined
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_closed_impulse, event_names, response_t, run_measures_t
    use run_measures, only: row_of

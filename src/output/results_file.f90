@@ -12,12 +12,11 @@ module results_file
    use history_list, only: history_count
    use kinds, only: wp
    use program_identity, only: program_name, program_version
-   use quantities, only: system_names, system_none
+   use quantities, only: system_names, system_none, units_in
    use quantity_groups, only: quantity_group_t
    use response_groups, only: write_run
    use response_types, only: response_t
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    implicit none (type, external)
    private
    public :: write_results, results_name, begin_results, expected_size, finish_results, write_header, write_groups
@@ -109,7 +108,21 @@ contains
       type(quantity_group_t), intent(in) :: root
       type(scene_t), intent(in) :: scene
 
-      call write_root(root, scene)
+      if (allocated(scene%title)) then
+         call root%attribute('title', scene%title)
+      else
+         call root%attribute('title', scene%name)
+      end if
+      call root%attribute('name', scene%name)
+      call root%attribute('program', program_name)
+      call root%attribute('version', program_version)
+      if (root%units%are_physical) then
+         call root%attribute('conventions', conventions_in_units//conventions(:index(conventions, '; in_scene') - 1))
+         call root%attribute('units', trim(merge('scene   ', system_names(root%units%system), &
+            root%units%system == system_none)))
+      else
+         call root%attribute('conventions', conventions)
+      end if
       call write_scene(root%subgroup('scene'), scene)
    end subroutine write_header
 
@@ -160,28 +173,6 @@ contains
       end if
       bytes = overhead + bytes*(storage_size(1.0_wp)/8)
    end function expected_size
-
-   !> Write the attributes of the file.
-   subroutine write_root(group, scene)
-      type(quantity_group_t), intent(in) :: group
-      type(scene_t), intent(in) :: scene
-
-      if (allocated(scene%title)) then
-         call group%attribute('title', scene%title)
-      else
-         call group%attribute('title', scene%name)
-      end if
-      call group%attribute('name', scene%name)
-      call group%attribute('program', program_name)
-      call group%attribute('version', program_version)
-      if (group%units%are_physical) then
-         call group%attribute('conventions', conventions_in_units//conventions(:index(conventions, '; in_scene') - 1))
-      else
-         call group%attribute('conventions', conventions)
-      end if
-      if (group%units%are_physical) call group%attribute('units', trim(merge('scene   ', &
-         system_names(group%units%system), group%units%system == system_none)))
-   end subroutine write_root
 
    !> Write the text of the scene file, and for each of its namelist groups an HDF5 group with the values that the
    !> program used, defaults included, as attributes.

@@ -2,7 +2,6 @@
 !> statistics.
 module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use joined_texts, only: joined
    use kinds, only: wp
    use measure_list, only: contact_name, first_peak, first_statistic, force_window, measure_count, measure_decay, &
       measure_force, measure_mean_force, measure_named, measure_settling, measure_table, measure_tolerance, peak_count
@@ -10,6 +9,7 @@ module run_tables
    use mesh_checks, only: mesh_check_t
    use mesh_errors, only: mesh_errors_t
    use number_text, only: rounded, to_text
+   use printable_text, only: joined
    use quantities, only: quantity_named, units_t, words_in
    use reader_units, only: choose_prefix, phrase, value_in_units, unit_in
    use response_types, only: mode_check_t, run_measures_t, contact_record_t, moment_record_t, &

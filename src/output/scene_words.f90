@@ -3,14 +3,13 @@ module scene_words
    use kinds, only: wp
    use load_settings, only: start_release
    use number_text, only: rounded, to_text
-   use quantities, only: units_t, words_in
+   use quantities, only: units_t, words_in, units_in
    use reader_units, only: phrase, value_in_units
    use root_and_mass_settings, only: mass_settings_t, root_pinned, root_settings_t
    use run_settings, only: body_settings_t, impulse_nodal, law_restitution, law_table, &
       method_names, method_newmark, side_above, side_below, side_both, side_names, stop_released_from, stop_settings_t
    use scene_types, only: all_stops, beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, &
       support_settings_t
-   use scene_units, only: units_in
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names, shape_rectangle
    use table_columns, only: print_line
    use warning_list, only: warning_names

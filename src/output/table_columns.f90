@@ -2,10 +2,9 @@
 !> files.
 module table_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use joined_texts, only: occurrences
    use kinds, only: i8, wp
    use number_text, only: rounded, to_text
-   use printable_text, only: character_count
+   use printable_text, only: occurrences, character_count
    use reader_units, only: choose_prefix, with_decimals
    implicit none (type, external)
    private

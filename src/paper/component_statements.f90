@@ -3,8 +3,7 @@
 !> highest rebound within a period of the first mode after the first impact.
 module component_statements
    use kinds, only: wp
-   use paper_cases, only: fine, variant_count
-   use paper_outcomes, only: outcome_t
+   use paper_cases, only: fine, variant_count, outcome_t
    use paper_series, only: series_t, vary_mass, vary_position, vary_preload, vary_taper, vary_zeta
    use statement_types, only: listed, number, statement_t
    implicit none (type, external)

@@ -3,8 +3,7 @@
 module paper_run
    use failures, only: failure_t
    use memory_needs, only: add_modes, add_samples, memory_need_t
-   use paper_cases, only: make_variants, variant_count, variant_t
-   use paper_outcomes, only: sample_step
+   use paper_cases, only: make_variants, variant_count, variant_t, sample_step
    use progress_line, only: start_progress, stop_progress
    use scene_types, only: scene_t
    use statements_file, only: refuse_foreign_text, write_statements

@@ -1,12 +1,12 @@
 !> Series of cases of the figures of the paper (Irie, Yamada and Asano 1977). Each series varies one parameter; each
 !> case is computed in every variant (method, mesh, kind of impulse and mass matrix) of `paper_cases`. The end of motion
-!> of a case is an instant tau by one of the definitions of `paper_outcomes`. Besides the series, the first example is
+!> of a case is an instant tau by one of the definitions of `paper_cases`. Besides the series, the first example is
 !> computed on finer and finer meshes, with an impulse on the whole beam and with replacement of the nodal velocity.
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: comparison_variant, paper_case_t, variant_count, variant_t
-   use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
+   use paper_cases, only: comparison_variant, paper_case_t, variant_count, variant_t, definition_count, &
+      find_outcome, outcome_t, sample_step
    use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private

@@ -3,8 +3,7 @@
 !> first impact. Values of a list for all variants (methods and meshes) have the dimension [variants].
 module parameter_statements
    use kinds, only: wp
-   use paper_cases, only: coarse_nodal, fine, variant_count
-   use paper_outcomes, only: definition_count, energy_end, displacement_end
+   use paper_cases, only: coarse_nodal, fine, variant_count, definition_count, energy_end, displacement_end
    use paper_series, only: end_tau_of, find_earliest_end, series_t, may_end_earliest
    use statement_types, only: add_end_statement, listed, number, percent, rank_correlation, statement_t
    implicit none (type, external)

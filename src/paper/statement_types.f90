@@ -2,8 +2,7 @@
 !> motion (methods and meshes) and its verdict.
 module statement_types
    use kinds, only: wp
-   use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, variant_count
-   use paper_outcomes, only: definition_count
+   use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, variant_count, definition_count
    implicit none (type, external)
    private
    public :: statement_t, add_end_statement, max_text_length
@@ -161,7 +160,7 @@ contains
 
       character(40) :: buffer, layout
 
-      ! `never` of `paper_outcomes` is larger
+      ! `never` of `paper_cases` is larger
       if (value > 1.0e8_wp) then
          text = 'never'
          return

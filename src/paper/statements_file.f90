@@ -10,8 +10,8 @@ module statements_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
-   use paper_cases, only: variant_count, variant_t
-   use paper_outcomes, only: definition_count, displacement_end, end_fractions, end_levels, energy_end, never
+   use paper_cases, only: variant_count, variant_t, definition_count, displacement_end, end_fractions, end_levels, &
+      energy_end, never
    use paper_series, only: convergence_t, impulse_kinds, series_names, series_t
    use process, only: open_text, text_of
    use quantity_groups, only: quantity_group_t

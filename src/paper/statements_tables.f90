@@ -2,8 +2,7 @@
 !> measured values in every variant of computing motion, and a summary.
 module statements_tables
    use kinds, only: wp
-   use paper_cases, only: variant_count, variant_t
-   use paper_outcomes, only: definition_count, displacement_end, energy_end
+   use paper_cases, only: variant_count, variant_t, definition_count, displacement_end, energy_end
    use paper_series, only: impulse_kinds, series_symbols
    use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
    use statements_study, only: study_t

@@ -3,8 +3,7 @@
 !> first mode after the first impact.
 module stop_statements
    use kinds, only: pi, wp
-   use paper_cases, only: coarse_nodal, fine, variant_count
-   use paper_outcomes, only: definition_count, energy_end, displacement_end
+   use paper_cases, only: coarse_nodal, fine, variant_count, definition_count, energy_end, displacement_end
    use paper_series, only: end_tau_of, series_t
    use statement_types, only: add_end_statement, listed, number, rank_correlation, percent, statement_t
    implicit none (type, external)

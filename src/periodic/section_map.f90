@@ -4,7 +4,7 @@
 !> forces P2 of Maxwell branches.
 module section_map
    use applied_loads, only: count_forces, courses_of
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, complete_model
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
    use exact_motion, only: choose_modes, exact_response, unknown_modes
@@ -15,7 +15,6 @@ module section_map
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
    use response_types, only: event_contact, event_impact, mode_check_t, response_t
-   use run_models, only: complete_model
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact

@@ -1,16 +1,15 @@
 !> Hints in error messages about names: the valid name nearest to an unknown one, or all valid names, and the conditions
 !> under which a name may be given.
 module name_hints
-   use joined_texts, only: joined
    use name_table, only: table_t
-   use name_types, only: max_name_length, sweep_t
+   use name_types, only: max_name_length, sweep_t, one_of
    use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
+   use printable_text, only: joined
    use program_identity, only: program_name
    use run_settings, only: name_length
    use sweep_names, only: find_parameters, parameter_names, parameter_of, sweep_of
    use sweep_settings, only: parameter_t
-   use value_rules, only: one_of
    implicit none (type, external)
    private
    public :: group_hint, item_hint, choice_hint, other_parameters, phrase_of

@@ -5,7 +5,7 @@ module scene_bodies
    use kinds, only: wp
    use load_settings, only: start_balance
    use name_table, only: table_t
-   use name_types, only: in_units_t, name_t, sweep_t
+   use name_types, only: in_units_t, name_t, sweep_t, load_range, off_root_range, range_t, signed_range, stiffness_range
    use number_text, only: to_text
    use run_settings, only: impulse_nodal, law_table, law_restitution, side_both, side_names
    use scene_input, only: scene_input_t
@@ -13,7 +13,6 @@ module scene_bodies
    use scene_types, only: scene_t
    use stop_pairs, only: are_at_one_point
    use sweep_settings, only: is_swept, parameter_t
-   use value_rules, only: load_range, off_root_range, range_t, signed_range, stiffness_range
    implicit none (type, external)
    private
    public :: list_bodies, check_bodies

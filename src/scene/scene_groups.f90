@@ -8,7 +8,8 @@ module scene_groups
    use kinds, only: wp
    use measure_list, only: measure_of_word, measure_status, measure_words
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t, duration_range, length_range, &
+      point_range, range_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
@@ -25,7 +26,6 @@ module scene_groups
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use sweep_names, only: find_parameters, list_sweep, parameter_names, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, goal_names, swept_t
-   use value_rules, only: duration_range, length_range, point_range, range_t
    use warning_list, only: warning_names
    implicit none (type, external)
    private

@@ -8,7 +8,7 @@ module scene_inference
       measure_table, measure_words
    use name_hints, only: phrase_of
    use name_table, only: table_t
-   use name_types, only: group_t, name_t
+   use name_types, only: group_t, name_t, range_t
    use number_text, only: to_text
    use printable_text, only: excerpt
    use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
@@ -19,7 +19,6 @@ module scene_inference
    use signal_file, only: read_signal, signal_t, unit_ratio
    use sweep_names, only: find_parameters, parameter_names, parameter_of
    use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
-   use value_rules, only: range_t
    implicit none (type, external)
    private
    public :: inference_names, list_inference, resolve_inference

@@ -1,21 +1,20 @@
 !> Reads a scene file into the table of names. Names that the table does not have are reported as unknown. Of all
 !> problems in a file, only the first problem in the text is recorded.
 module scene_input
-   use joined_texts, only: occurrences
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint, other_parameters, phrase_of
    use name_table, only: max_repeats, table_t
-   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, max_name_length
+   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, max_name_length, &
+      is_among, contains_value, range_t, range_text
    use namelist_text, only: find_group, find_item, further_values, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
-   use printable_text, only: character_count, excerpt
+   use printable_text, only: occurrences, character_count, excerpt
    use program_identity, only: name_of_program, program_any
    use run_settings, only: name_length
    use sweep_names, only: chosen_parameter
-   use value_rules, only: is_among, contains_value, range_t, range_text
    implicit none (type, external)
    private
    public :: scene_input_t

@@ -6,15 +6,14 @@ module scene_loads
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
       course_table, force_settings_t, pulse_names, start_release, time_course_t
    use name_table, only: table_t
-   use name_types, only: condition_t, in_units_t, kind_text, name_t, sweep_t
+   use name_types, only: condition_t, in_units_t, kind_text, name_t, sweep_t, duration_range, instant_range, &
+      load_range, point_range, positive_range, range_t, range_text, signed_range
    use number_text, only: to_text
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
    use scene_start, only: check_start
    use scene_types, only: scene_t
    use time_table, only: read_time_table
-   use value_rules, only: duration_range, instant_range, load_range, point_range, positive_range, &
-      range_t, range_text, signed_range
    implicit none (type, external)
    private
    public :: list_forces, list_bases, resolve_loads

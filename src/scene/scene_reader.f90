@@ -2,6 +2,7 @@
 !> was read, and changes its parameters in sweeps and &cases.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
+   use file_system, only: load_text
    use kinds, only: wp
    use name_table, only: table_t
    use namelist_text, only: namelist_t, parse_namelist
@@ -16,7 +17,6 @@ module scene_reader
    use scene_stops, only: find_displacement
    use scene_types, only: all_stops, scene_t
    use sweep_settings, only: is_swept, parameter_t, parameter_index, values_given
-   use text_file, only: load_text
    use unit_ratios, only: needs_displacement, entries_in_units
    implicit none (type, external)
    private

@@ -1,18 +1,17 @@
 !> Lists of the names of scene files: the names of one scene with their resolved values (echo), for results files, and
 !> all names with their descriptions (reference), for users.
 module scene_reference
-   use joined_texts, only: joined
    use kinds, only: wp
    use name_hints, only: group_hint, phrase_of
    use name_table, only: table_t
-   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
+   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, one_of, range_text
    use number_text, only: to_text
+   use printable_text, only: joined
    use program_identity, only: program_any
    use scene_groups, only: list_scene
    use scene_types, only: echo_t, scene_t
    use sweep_names, only: find_parameters, parameter_of, unswept
    use sweep_settings, only: parameter_t
-   use value_rules, only: one_of, range_text
    implicit none (type, external)
    private
    public :: make_echo, reference_t, list_names, hint_for_group

@@ -2,10 +2,9 @@
 !> and &spectrum. Their names, checks and completion, and the period of the harmonic loads on which results are based.
 module scene_requests
    use kinds, only: wp
-   use load_periods, only: is_steady, period_of
-   use load_settings, only: course_harmonic
+   use load_settings, only: is_steady, period_of, course_harmonic
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, in_units_t, name_t
+   use name_types, only: condition_t, group_t, in_units_t, name_t, duration_range, instant_range, range_t
    use number_text, only: rounded, to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_frequency, vary_nothing
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
@@ -14,7 +13,6 @@ module scene_requests
    use scene_spectrum, only: list_spectrum, resolve_spectrum
    use scene_types, only: base_group_t, scene_t
    use sweep_settings, only: is_swept
-   use value_rules, only: duration_range, instant_range, range_t
    implicit none (type, external)
    private
    public :: request_names, list_request, resolve_requests, resolve_statistics, set_period, harmonic_frequencies, &

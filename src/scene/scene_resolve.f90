@@ -4,18 +4,18 @@
 module scene_resolve
    use kinds, only: lambda1, wp
    use name_table, only: table_t
+   use name_types, only: contains_value, length_ratio_problem, max_length_ratio, max_stored_numbers, range_t, range_text
    use number_text, only: rounded, to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use quantities, only: system_none
    use run_settings, only: end_of_run, is_within, method_newmark, moves_in_modes, response_settings_t
-   use scene_beam, only: mean_section, resolve_beam
+   use scene_beam, only: mean_section, resolve_beam, decide_mesh, resolve_mesh, resolve_nodes
    use scene_bodies, only: check_bodies
    use scene_groups, only: copy_changes_to_scene
    use scene_inference, only: resolve_inference
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
-   use scene_mesh, only: decide_mesh, resolve_mesh, resolve_nodes
    use scene_requests, only: resolve_requests, resolve_statistics
    use scene_root_and_masses, only: check_masses, check_root
    use scene_rules, only: check_rules
@@ -31,8 +31,6 @@ module scene_resolve
    use scene_warnings, only: warn_of_scene, words_of_frequency
    use section_shapes, only: is_uniform, profile_stepped
    use unit_ratios, only: check_units, entries_in_units, set_ratio
-   use value_rules, only: contains_value, length_ratio_problem, max_length_ratio, max_stored_numbers, range_t, &
-      range_text
    implicit none (type, external)
    private
    public :: resolve_scene, resolve_units, problem_with_damping

@@ -4,11 +4,10 @@ module scene_root_and_masses
    use kinds, only: wp
    use load_settings, only: start_release
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, in_units_t, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, name_t, sweep_t, off_root_range, range_t, stiffness_range
    use root_and_mass_settings, only: root_names, root_pinned
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use value_rules, only: off_root_range, range_t, stiffness_range
    implicit none (type, external)
    private
    public :: list_root, list_masses, check_root, check_masses

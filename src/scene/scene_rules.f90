@@ -2,9 +2,9 @@
 !> and the check of a file against these tables.
 module scene_rules
    use name_table, only: table_t
+   use name_types, only: is_among
    use scene_input, only: scene_input_t
    use scene_requests, only: request_names
-   use value_rules, only: is_among
    implicit none (type, external)
    private
    public :: check_rules

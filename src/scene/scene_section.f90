@@ -4,14 +4,13 @@ module scene_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t
+   use name_types, only: condition_t, group_t, name_t, length_range, range_t
    use number_text, only: to_text
    use scene_beam, only: check_column, check_stations, dimension_of_sweep
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
    use section_shapes, only: profile_cubic, profile_linear, profile_names, profile_stepped, section_settings_t, &
       shape_general, shape_names, shape_rectangle, shape_round, shape_tube
-   use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
    public :: list_section, resolve_section

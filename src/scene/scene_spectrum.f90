@@ -2,13 +2,12 @@
 module scene_spectrum
    use kinds, only: wp
    use name_table, only: table_t
-   use name_types, only: condition_t, in_units_t, name_t
+   use name_types, only: condition_t, in_units_t, name_t, duration_range, instant_range, range_t
    use number_text, only: to_text
    use run_settings, only: end_of_run, side_both, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: all_stops, scene_t
    use spectrum_settings, only: quantity_moment, signal_names, signal_table, spectrum_settings_t, window_names
-   use value_rules, only: duration_range, instant_range, range_t
    implicit none (type, external)
    private
    public :: list_spectrum, resolve_spectrum

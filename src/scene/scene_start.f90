@@ -4,11 +4,11 @@ module scene_start
    use load_settings, only: field_names, start_drop, start_mode, start_names, start_release, start_rest, start_table, &
       start_velocity
    use name_table, only: table_t
-   use name_types, only: condition_t, in_units_t, name_t, sweep_t
+   use name_types, only: condition_t, in_units_t, name_t, sweep_t, load_range, point_range, positive_range, range_t, &
+      signed_range
    use number_text, only: to_text
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t, start_group_t
-   use value_rules, only: load_range, point_range, positive_range, range_t, signed_range
    implicit none (type, external)
    private
    public :: list_start, choose_start, check_start

@@ -5,7 +5,8 @@ module scene_stops
    use kinds, only: wp
    use load_settings, only: start_release
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t
+   use name_types, only: condition_t, group_t, in_units_t, kind_number, name_t, sweep_t, off_root_range, range_t, &
+      range_text, stiffness_range
    use number_text, only: rounded, to_text
    use program_identity, only: in_motion_and_benchmark
    use run_settings, only: impulse_names, impulse_nodal, law_table, law_restitution, side_above, &
@@ -14,7 +15,6 @@ module scene_stops
    use scene_types, only: all_stops, scales_t, scene_t, support_motion_names
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: needs_displacement, entries_in_units
-   use value_rules, only: off_root_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
    public :: list_stops, list_law, list_supports, find_displacement, check_stops, check_supports

@@ -2,10 +2,11 @@
 !> state of the preceding one.
 module scene_sweep
    use kinds, only: i8, wp
-   use load_periods, only: is_steady
+   use load_settings, only: is_steady
    use measure_list, only: demand_of, measure_force, measure_mean_force, measure_table
    use name_hints, only: phrase_of
    use name_table, only: table_t
+   use name_types, only: is_among, max_length_ratio, max_stored_numbers, length_ratio_problem
    use number_text, only: rounded, to_text
    use scene_beam, only: min_tip_ratio
    use scene_input, only: scene_input_t
@@ -14,7 +15,6 @@ module scene_sweep
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_follower, is_swept, parameter_t, &
       parameter_index, &
       swept_t, value_count_of, values_given
-   use value_rules, only: is_among, max_length_ratio, max_stored_numbers, length_ratio_problem
    implicit none (type, external)
    private
    public :: resolve_sweep, resolve_cases, entry_of_parameter, refuse_lost_values

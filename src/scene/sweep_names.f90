@@ -3,12 +3,11 @@ module sweep_names
    use kinds, only: wp
    use load_settings, only: base_displacement
    use name_table, only: table_t
-   use name_types, only: condition_t, kind_whole, name_t, sweep_t
+   use name_types, only: condition_t, kind_whole, name_t, sweep_t, range_t
    use run_settings, only: name_length
    use scene_types, only: support_rotation
    use sorting, only: ascending_order
    use sweep_settings, only: design_names, parameter_t, sweep_settings_t
-   use value_rules, only: range_t
    implicit none (type, external)
    private
    public :: find_parameters, parameter_of, parameter_names, chosen_parameter, quantity_of, sweep_of, list_sweep, &

@@ -3,14 +3,13 @@
 module unit_ratios
    use kinds, only: wp
    use name_table, only: table_t
-   use name_types, only: entry_t
+   use name_types, only: entry_t, contains_value, range_text
    use number_text, only: to_text
    use quantities, only: is_of_displacement, quantity_named, ratio_of, system_none
    use run_settings, only: side_above
    use scene_input, only: scene_input_t
    use scene_types, only: output_dimensionless, output_scene, scales_t, scene_t
    use sweep_names, only: quantity_of
-   use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private
    public :: entries_in_units, needs_displacement, set_ratio, check_units

@@ -1,13 +1,13 @@
 !> Physical quantities: one table entry for each, with its units and the factor that converts a dimensionless value
 !> ("ratio") to a value in units. Datasets, tables, names in scene files that take units, and sweeps over these names
-!> follow from this table.
+!> follow from this table. Besides the table: the units of the results of a scene.
 module quantities
    use kinds, only: lambda1_power4, pi, wp
-   use scene_types, only: scales_t
+   use scene_types, only: scales_t, output_dimensionless, output_scene, scene_t
    implicit none (type, external)
    private
-   public :: quantity_table, quantity_named, system_names, system_none
-   public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in_results, words_in
+   public :: quantity_table, quantity_named, system_names, system_none, units_t, units_of, ratio_of, &
+      is_of_displacement, unit_of, name_in_results, words_in, are_physical, units_in
 
    !> Systems of units, as named in scene files: SI; millimetre, tonne and second; 'none' stands for any consistent
    !> units, of which only the dimensions are known.
@@ -259,5 +259,21 @@ contains
          end if
       end do
    end function words_in
+
+   !> Units of the results: as the scene requests; without a request the units of the scene if it has a unit system,
+   !> else no units (dimensionless results).
+   pure type(units_t) function units_in(scene) result(units)
+      type(scene_t), intent(in) :: scene
+
+      units = units_of(scene%scales, scene%unit_system, are_physical(scene))
+   end function units_in
+
+   !> Whether the results of a scene are physical, that is, in its units; otherwise they are dimensionless.
+   pure logical function are_physical(scene) result(answer)
+      type(scene_t), intent(in) :: scene
+
+      answer = scene%output_units == output_scene .or. (scene%output_units /= output_dimensionless &
+         .and. scene%unit_system > 0 .and. scene%unit_system /= system_none)
+   end function are_physical
 
 end module quantities

@@ -13,7 +13,7 @@ module cases_study
    use mesh_estimates, only: estimate_cases, sample_cases
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
-   use quantities, only: units_t
+   use quantities, only: units_t, units_in
    use quantity_groups, only: quantity_group_t
    use reader_units, only: scene_unit_of
    use results_file, only: begin_results, finish_results, write_groups
@@ -22,7 +22,6 @@ module cases_study
    use run_warnings, only: warn_of_run
    use scene_beam_model, only: varies_at_end
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use scene_words, only: print_model
    use study_job, only: job_t
    use sweep_settings, only: varies_scales

@@ -8,7 +8,7 @@ module mesh_choice
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use load_periods, only: last_change
+   use load_settings, only: last_change
    use mesh_checks, only: mesh_check_t
    use mesh_comparison, only: compare_meshes
    use mode_trials, only: horizon_of, is_driven, trial_settings

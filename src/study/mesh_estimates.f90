@@ -7,12 +7,12 @@ module mesh_estimates
    use measure_rows, only: row_in_units
    use mesh_choice, only: cheap_work, choose_mesh, run_on_mesh, run_trial, trial_t, work_of
    use mesh_errors, only: estimate_mesh_error, mesh_errors_t
+   use quantities, only: units_in
    use response_types, only: response_t
    use run_measures, only: row_of
    use run_settings, only: method_exact, output_settings_t, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: run_settings_of
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    implicit none (type, external)
    private
    public :: estimate_cases, estimate_if_cheap, sample_cases

@@ -10,13 +10,12 @@ module run_warnings
    use kinds, only: lambda1, pi, wp
    use load_settings, only: field_mode, start_drop, start_velocity
    use number_text, only: rounded
-   use quantities, only: quantity_named, units_of, units_t
+   use quantities, only: quantity_named, units_of, units_t, units_in
    use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
    use run_settings, only: side_above, stop_settings_t
    use scene_beam_model, only: model_of, varies_at_end
    use scene_types, only: all_stops, scene_t, solver_auto
-   use scene_units, only: units_in
    use scene_warnings, only: add_warning
    use scene_words, only: stop_of_release
    use warning_list, only: warning_large_slope, warning_over_strength, warning_settling, warning_stress_start, &

@@ -6,8 +6,7 @@ module scene_beam_model
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: acceleration_stop, eta_stop, force_stop, velocity_stop
    use kinds, only: lambda1_power4, wp
-   use load_periods, only: period_of, varies_to
-   use load_settings, only: course_step, start_drop, start_settings_t
+   use load_settings, only: period_of, varies_to, course_step, start_drop, start_settings_t
    use mass_choice, only: is_redistribution_more_accurate
    use mode_trials, only: is_driven
    use number_text, only: to_text

@@ -12,6 +12,7 @@ module single_study
    use mesh_estimates, only: estimate_cases, estimate_if_cheap
    use motion_run, only: run_motion
    use progress_line, only: start_progress, stop_progress
+   use quantities, only: units_in
    use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
    use results_file, only: begin_results, expected_size, finish_results, write_groups
@@ -22,7 +23,6 @@ module single_study
    use run_warnings, only: warn_of_run
    use scene_beam_model, only: load_period_of, model_of, run_settings_of, varies_at_end
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use scene_words, only: print_model, stop_of_release
    use study_job, only: job_t
    use table_columns, only: print_line

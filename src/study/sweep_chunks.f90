@@ -12,9 +12,9 @@ module sweep_chunks
       make_new_folder, remove_empty_folder, remove_entries, replace_file
    use hdf5_loading, only: hdf5_source_t
    use hdf5_writing, only: hdf5_group_t
-   use joined_texts, only: joined
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_status, measure_table
+   use printable_text, only: joined
    use program_identity, only: program_name
    use results_claim, only: refuse_foreign
    use sweep_plan, only: first_of_chunk, last_of_chunk, plan_t

@@ -6,19 +6,18 @@ module sweep_file
    use failures, only: fail, failure_t
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
-   use joined_texts, only: joined
    use kinds, only: pi, wp
    use measure_list, only: measure_count, measure_named, measure_settling, measure_table, measure_tolerance
    use measure_rows, only: write_measure_lists
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
-   use quantities, only: quantity_named, units_of, units_t
+   use printable_text, only: joined
+   use quantities, only: quantity_named, units_of, units_t, are_physical, units_in
    use quantity_groups, only: quantity_group_t
    use results_file, only: results_name, write_header
    use run_warnings, only: ends_unsettled, half_period_of
    use scene_beam_model, only: varies_at_end
    use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
-   use scene_units, only: are_physical, units_in
    use sweep_best, only: best_t, insert_case, refined_t, start_best
    use sweep_chunks, only: assembled_file, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values

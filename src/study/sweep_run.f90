@@ -14,13 +14,12 @@ module sweep_run
    use motion_run, only: set_store_t
    use number_text, only: to_text
    use program_identity, only: program_name
-   use quantities, only: quantity_named, units_t
+   use quantities, only: quantity_named, units_t, are_physical, units_in
    use response_types, only: response_t
    use run_measures, only: row_of
    use run_settings, only: output_settings_t
    use scene_reader, only: set_parameters
    use scene_types, only: scene_t
-   use scene_units, only: are_physical, units_in
    use section_types, only: run_sections_t
    use sweep_chunks, only: chunk_is_done, chunk_name, chunk_rows_t, read_chunk, max_reason_length, write_chunk
    use sweep_plan, only: case_values, first_of_chunk, last_of_chunk, plan_t, section_values

@@ -2,18 +2,18 @@
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
    use analyses, only: analyse, analysed_t, of_beam, requested
-   use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: i8, wp
-   use machine_memory, only: free_addresses
+   use lapack_interfaces, only: blas_buffer
    use mesh_choice, only: case_beam_t, choose_mesh
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
    use mesh_estimates, only: estimate_cases
    use number_text, only: to_text
+   use process, only: free_addresses
+   use quantities, only: units_in
    use response_types, only: response_t
    use scene_beam_model, only: run_settings_of
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
    use sweep_chunks, only: open_chunk_folder

@@ -4,11 +4,10 @@ module sweep_tables
    use measure_list, only: measure_table
    use measure_rows, only: extremes_in_words
    use number_text, only: to_text
-   use quantities, only: name_in_results, units_t
+   use quantities, only: name_in_results, units_t, units_in
    use reader_units, only: with_unit, scene_unit_of, unit_in
    use run_tables, only: print_mesh
    use scene_types, only: scene_t
-   use scene_units, only: units_in
    use scene_warnings, only: add_warning
    use scene_words, only: mesh_in_words, print_warnings
    use sweep_best, only: best_t, refined_t

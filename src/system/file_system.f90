@@ -6,12 +6,15 @@ module file_system
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: make_folder, test_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders
-   public :: folder_entries, remove_entries, entry_length
-   public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
-   public :: load_file, load_bytes, problem_with_reading, replace_file, move_file, reason
-   public :: partial_name, final_name, path_beside
-   public :: is_terminal, standard_error_descriptor
+   public :: make_folder, test_folder, make_new_folder, existing_part, remove_empty_folder, remove_empty_folders, &
+      folder_entries, remove_entries, entry_length, kind_of, kind_nothing, kind_file, kind_folder, kind_link, &
+      load_file, problem_with_reading, replace_file, move_file, reason, partial_name, final_name, path_beside, &
+      is_terminal, standard_error_descriptor, load_text
+
+   !> Maximum size in bytes of a file that is read, far beyond any scene.
+   integer, parameter :: max_file_size = 2**25
+   !> Byte order mark, with which some editors start a UTF-8 file
+   character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
    !> File descriptor of standard error.
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
@@ -434,5 +437,43 @@ contains
       call impactbeam_describe(code, text, int(max_length, c_size_t))
       words = text(:index(text, c_null_char) - 1)
    end function reason
+
+   !> Read a regular file, or the file to which a link leads. A byte order mark at its beginning is left out.
+   subroutine load_text(file, text, problem)
+      character(*), intent(in) :: file
+      !> Content of the file
+      character(:), allocatable, intent(out) :: text
+      !> Reason of a failure; unallocated: the file was read
+      character(:), allocatable, intent(out) :: problem
+
+      logical :: is_there, is_directory
+
+      if (len_trim(file) == 0) then
+         problem = 'no file name'
+         return
+      end if
+      ! only a directory contains '.'
+      inquire (file=trim(file)//'/.', exist=is_directory)
+      inquire (file=file, exist=is_there)
+      if (is_directory) then
+         problem = 'is a directory, not a text file'
+         return
+      else if (.not. is_there) then
+         problem = 'no such file'
+         return
+      end if
+
+      call load_bytes(file, follow_links=.true., max_length=max_file_size, bytes=text, problem=problem)
+      if (allocated(problem)) then
+         problem = 'cannot be read: '//problem
+         return
+      end if
+      if (index(text, byte_order_mark) == 1) text = text(len(byte_order_mark) + 1:)
+      if (len(text) == 0) then
+         problem = 'the file is empty'
+      else if (index(text, achar(0)) > 0) then
+         problem = 'is not a text file'
+      end if
+   end subroutine load_text
 
 end module file_system

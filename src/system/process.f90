@@ -1,11 +1,31 @@
-!> Standard streams, signals, stack and exit of this process.
+!> Standard streams, signals, stack and exit of this process, and the memory that it can still allocate
+!> (machine_memory_posix.c).
 module process
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t, c_double
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: reason
+   use kinds, only: wp
+   use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: prepare_process, run_on_default_stack, open_text, text_of, print_text, end_process
+   public :: prepare_process, run_on_default_stack, open_text, text_of, print_text, end_process, free_memory, &
+      free_addresses, in_bytes
+
+   interface
+      !> Free memory and swap of this process within the limits of its control groups, in bytes; infinite: unknown.
+      function free_memory() bind(c, name='impactbeam_free_memory') result(bytes)
+         import :: c_double
+         implicit none (type, external)
+         real(c_double) :: bytes
+      end function free_memory
+
+      !> Free address space if it is limited (ulimit -v), in bytes; infinite: unlimited.
+      function free_addresses() bind(c, name='impactbeam_free_addresses') result(bytes)
+         import :: c_double
+         implicit none (type, external)
+         real(c_double) :: bytes
+      end function free_addresses
+   end interface
 
    !> File descriptor of standard output.
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
@@ -125,5 +145,23 @@ contains
       code = impactbeam_write_all(standard_output_descriptor, text, len(text, kind=c_size_t))
       if (code /= 0) call fail(error, status_run_failed, 'cannot write to standard output: '//reason(code))
    end subroutine print_text
+
+   !> A number of bytes in words, such as '12.3 GB'.
+   pure function in_bytes(bytes) result(words)
+      real(wp), intent(in) :: bytes
+      character(:), allocatable :: words
+
+      real(wp), parameter :: megabyte = 1.0e6_wp, gigabyte = 1.0e9_wp, max_gigabytes = 1.0e9_wp
+      character(16) :: digits
+
+      if (bytes < gigabyte) then
+         words = to_text(nint(bytes/megabyte))//' MB'
+      else if (bytes < 100.0_wp*gigabyte) then
+         write (digits, '(f0.1)') bytes/gigabyte
+         words = trim(digits)//' GB'
+      else
+         words = to_text(nint(min(bytes/gigabyte, max_gigabytes)))//' GB'
+      end if
+   end function in_bytes
 
 end module process
