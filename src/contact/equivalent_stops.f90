@@ -155,9 +155,10 @@ contains
       type(equivalent_stops_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), combination(:, :), eigenvalue(:)
+      real(wp), allocatable :: factor(:, :), work(:)
       type(dynamic_stiffness_t), allocatable :: dynamic_stiffness(:)
       real(wp) :: length
-      integer :: i, n, rank
+      integer :: i, info, n, rank
 
       n = size(places)
       call factorise(value, basis, combination)
@@ -173,8 +174,10 @@ contains
       ! K = S k S' and G = S A S', with the diagonal matrices k of stiffnesses and A of branch stiffnesses of the stops
       elastic = matmul(combination*spread(spring%stiffness, 1, rank), transpose(combination))
       branch = matmul(combination*spread(spring%branch_stiffness, 1, rank), transpose(combination))
-      call diagonalise(elastic, branch, eigenvalue)
-      ! `branch` now contains X, with X' K X = 1
+      ! `branch` becomes X, with X' K X = 1 and X' G X diagonal. `info` is not tested, because K is positive definite
+      factor = elastic
+      allocate (eigenvalue(rank), work(8*rank + 8))
+      if (rank > 0) call dsygv(1, 'V', 'U', rank, branch, rank, factor, rank, eigenvalue, work, size(work), info)
       basis = matmul(basis, matmul(elastic, branch))
       combination = matmul(transpose(branch), combination)
       allocate (dynamic_stiffness(rank))
@@ -218,26 +221,6 @@ contains
       end do
       allocate (combination, source=coefficients(:size(basis, 2), :))
    end subroutine factorise
-
-   !> Solve the generalised symmetric eigenproblem of the stiffness matrix K and the branch stiffness matrix G: find X
-   !> with X' K X = 1 and X' G X diagonal.
-   subroutine diagonalise(elastic, branch, eigenvalue)
-      !> K, positive definite
-      real(wp), intent(in) :: elastic(:, :)
-      !> G on entry, X on return
-      real(wp), intent(inout) :: branch(:, :)
-      !> Diagonal of X' G X
-      real(wp), allocatable, intent(out) :: eigenvalue(:)
-
-      real(wp) :: factor(size(elastic, 1), size(elastic, 1)), work(8*size(elastic, 1) + 8)
-      integer :: info, n
-
-      n = size(elastic, 1)
-      allocate (eigenvalue(n))
-      factor = elastic
-      ! `info` is not tested, because K is positive definite
-      if (n > 0) call dsygv(1, 'V', 'U', n, branch, n, factor, n, eigenvalue, work, size(work), info)
-   end subroutine diagonalise
 
    !> Append equivalent stops of a group.
    pure subroutine add_equivalents(value, spring, combination, places, equivalent)

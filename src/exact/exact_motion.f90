@@ -157,7 +157,14 @@ contains
       if (allocated(error)) return
       if (lowest == 0 .and. size(common_modes%lambda) < check%all_modes .and. &
          takes_few_modes(model%mesh%elements, settings)) then
-         call take_maximum(model, settings, common_modes, modes, lowest, error)
+         ! no tried number suffices: all modes, or the maximum number of lowest modes if the mesh is too large
+         allocate (modes)
+         if (number_of_modes(model) <= 2*max_count) then
+            call find_free_modes(model, modes, error)
+         else
+            lowest = max_count
+            call find_few_modes(model, settings, lowest, modes, error, common_modes)
+         end if
          if (allocated(error)) return
       end if
       check%retained = size(common_modes%lambda)
@@ -175,27 +182,6 @@ contains
 
       answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < min_flexibility
    end function has_stiff_node
-
-   !> Choose the modes if no tried number suffices and `common_modes` does not hold all modes: all modes of the mesh, or
-   !> the maximum number of lowest modes if the mesh is too large.
-   subroutine take_maximum(model, settings, common_modes, modes, lowest, error)
-      type(beam_model_t), intent(in) :: model
-      type(run_settings_t), intent(in) :: settings
-      type(free_modes_t), intent(in) :: common_modes
-      type(free_modes_t), allocatable, intent(out) :: modes
-      !> Number of lowest modes, 0: all
-      integer, intent(out) :: lowest
-      type(failure_t), allocatable, intent(out) :: error
-
-      allocate (modes)
-      lowest = 0
-      if (number_of_modes(model) <= 2*max_count) then
-         call find_free_modes(model, modes, error)
-      else
-         lowest = max_count
-         call find_few_modes(model, settings, lowest, modes, error, common_modes)
-      end if
-   end subroutine take_maximum
 
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
    subroutine try_numbers(model, settings, common_modes, sets, modes, lowest, check, error)

@@ -149,7 +149,7 @@ contains
       ! diagonal^-1 coupling
       real(qp) :: block(2, 2)
       real(qp) :: determinant
-      integer :: i, clamped_roots
+      integer :: i, j, clamped_roots
 
       count = 0
       diagonal = 0.0_qp
@@ -163,7 +163,14 @@ contains
          associate (joint => beam%joints(i))
             diagonal(1, 1) = diagonal(1, 1) + real(joint%stiffness(1), qp) - lambda**4*real(joint%inertia(1), qp)
             diagonal(2, 2) = diagonal(2, 2) + real(joint%stiffness(2), qp) - lambda**4*real(joint%inertia(2), qp)
-            call eliminate_constrained(joint%is_constrained, diagonal, coupling)
+            ! rows and columns of constrained motions become those of the unit matrix
+            do j = 1, 2
+               if (.not. joint%is_constrained(j)) cycle
+               diagonal(j, :) = 0.0_qp
+               diagonal(:, j) = 0.0_qp
+               diagonal(j, j) = 1.0_qp
+               coupling(j, :) = 0.0_qp
+            end do
          end associate
          determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
          ! one negative eigenvalue of the block, or two
@@ -181,25 +188,6 @@ contains
          diagonal = next - matmul(transpose(coupling), block)
       end do
    end function roots_below
-
-   !> Replace the rows and columns of constrained motions by those of the unit matrix.
-   pure subroutine eliminate_constrained(is_constrained, diagonal, coupling)
-      logical, intent(in) :: is_constrained(2)
-      !> Diagonal block of the joint
-      real(qp), intent(inout) :: diagonal(2, 2)
-      !> Coupling block with the next joint
-      real(qp), intent(inout) :: coupling(2, 2)
-
-      integer :: i
-
-      do i = 1, 2
-         if (.not. is_constrained(i)) cycle
-         diagonal(i, :) = 0.0_qp
-         diagonal(:, i) = 0.0_qp
-         diagonal(i, i) = 1.0_qp
-         coupling(i, :) = 0.0_qp
-      end do
-   end subroutine eliminate_constrained
 
    !> Add the dynamic stiffness of a segment.
    pure subroutine add_segment(segment, lambda, near, coupling, far, clamped_roots)

@@ -416,11 +416,16 @@ contains
       class(transformable_signal_t), allocatable, intent(inout) :: signal
 
       type(driven_signal_t), allocatable :: driven
+      integer :: i
 
       select type (signal)
       type is (exponential_signal_t)
          if (abs(terms%slope) <= 0.0_wp .and. .not. has_driven_modes(terms)) then
-            call add_harmonics(terms, signal)
+            ! the harmonics are further exponential terms, in order of increasing magnitude of the exponents
+            signal%offset = signal%offset + terms%constant
+            do i = 1, size(terms%frequency)
+               call insert_term(cmplx(0.0_wp, terms%frequency(i), wp), terms%harmonic(i), signal)
+            end do
             return
          end if
       end select
@@ -438,19 +443,5 @@ contains
       has = terms%modes > 0
       if (has) has = any(abs(terms%weight) > 0.0_wp .or. abs(terms%weight_of_rate) > 0.0_wp)
    end function has_driven_modes
-
-   !> Add the constant, and the harmonics as further exponential terms, in order of increasing magnitude of the
-   !> exponents.
-   pure subroutine add_harmonics(terms, sum)
-      type(driven_terms_t), intent(in) :: terms
-      type(exponential_signal_t), intent(inout) :: sum
-
-      integer :: i
-
-      sum%offset = sum%offset + terms%constant
-      do i = 1, size(terms%frequency)
-         call insert_term(cmplx(0.0_wp, terms%frequency(i), wp), terms%harmonic(i), sum)
-      end do
-   end subroutine add_harmonics
 
 end module driven_signal

@@ -140,8 +140,11 @@ contains
       real(wp) :: fast
       ! magnitudes of the exponents
       real(wp) :: rates(2)
-      ! displacement and velocity at the start of the free motion
+      ! displacement and velocity at the start of the free motion, from which those of quasi-static responses are
+      ! subtracted
       real(wp) :: free_start(2)
+      ! constant and slope of a quasi-static response
+      real(wp) :: static, rate
       integer :: k
 
       rates = abs(mode%exponent)
@@ -161,7 +164,16 @@ contains
             if (driven_motions(k)%frequency > 0.0_wp) then
                call add_resonance(mode, driven_motions(k), free_start, terms)
             else
-               call add_steady(mode, driven_motions(k), free_start, terms)
+               ! the quasi-static response of a mode without slow exponents to a constant or a ramp
+               static = real(driven_motions(k)%force, wp)/mode%square
+               rate = 0.0_wp
+               if (driven_motions(k)%is_ramp) then
+                  rate = static
+                  static = -static*mode%damping/mode%square
+               end if
+               terms%offset = terms%offset + [static, static + mode%two_zeta*rate]
+               terms%slope = terms%slope + rate
+               free_start = free_start - [static, rate]
             end if
          end do
       end if
@@ -246,30 +258,6 @@ contains
          end do
       end associate
    end subroutine add_slow
-
-   !> Add the quasi-static response of a mode without slow exponents to a constant or a ramp.
-   pure subroutine add_steady(mode, forced, free_start, terms)
-      type(single_mode_t), intent(in) :: mode
-      type(driven_mode_t), intent(in) :: forced
-      !> Displacement z and velocity z' at the start of the free motion, from which those of the response are subtracted
-      real(wp), intent(inout) :: free_start(2)
-      type(mode_terms_t), intent(inout) :: terms
-
-      ! constant of the response
-      real(wp) :: static
-      ! slope of the response
-      real(wp) :: rate
-
-      static = real(forced%force, wp)/mode%square
-      rate = 0.0_wp
-      if (forced%is_ramp) then
-         rate = static
-         static = -static*mode%damping/mode%square
-      end if
-      terms%offset = terms%offset + [static, static + mode%two_zeta*rate]
-      terms%slope = terms%slope + rate
-      free_start = free_start - [static, rate]
-   end subroutine add_steady
 
    !> Add the steady response to a separate harmonic.
    pure subroutine add_harmonic(mode, forced, free_start, terms)

@@ -70,6 +70,8 @@ contains
       type(newmark_run_t) :: run
       ! number of samples between two checks of the energy balance, of which the last one is at the end of the run
       integer :: check_interval
+      ! energy of beam and stops
+      real(wp) :: energy
       ! the run continues from the state `carried`
       logical :: is_continued
 
@@ -96,7 +98,10 @@ contains
          call take_sample(run, response)
          call report_progress(real(run%sample, wp), real(run%samples, wp))
          if (.not. run%records_energy_balance .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
-         call check_energy(run)
+         ! the energy of beam and stops must be that which follows from the energy balance
+         call total_energy(run, energy)
+         call check_energy_balance(instant_of(run), abs(energy - energy_left(run)), run%start_energy &
+            + run%energy_balance%created + run%absolute_work, run%error)
       end do
       if (.not. allocated(run%error) .and. allocated(response%energy)) then
          call check_energy_balance(instant_of(run), balance_error(response), run%start_energy &
@@ -418,18 +423,6 @@ contains
          if (has_passed) call resolve_contacts(run, response)
       end if
    end subroutine advance
-
-   !> Fail if the energy of beam and stops differs from the energy that follows from the energy balance.
-   pure subroutine check_energy(run)
-      !> The run, which records its energy balance
-      type(newmark_run_t), intent(inout) :: run
-
-      real(wp) :: energy
-
-      call total_energy(run, energy)
-      call check_energy_balance(instant_of(run), abs(energy - energy_left(run)), run%start_energy &
-         + run%energy_balance%created + run%absolute_work, run%error)
-   end subroutine check_energy
 
    !> Prepare the measures of each contact, which refer to the contact forces and the energy at static equilibrium.
    subroutine start_measures(model, settings, run)

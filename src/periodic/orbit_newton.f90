@@ -233,38 +233,29 @@ contains
       type(section_map_t), intent(in) :: map
       type(solution_t), intent(inout) :: solution
 
-      associate (point => solution%point, result => solution%map)
+      real(wp), allocatable :: matrix(:, :), real_part(:), imaginary_part(:), work(:)
+      real(wp), dimension(1, 1) :: left, right
+      integer :: info
+
+      associate (point => solution%point, result => solution%map, n => size(solution%map%derivative, 1))
          point%value = solution%initial%value
          point%periods = map%periods
          point%impacts = result%impacts
          point%min_speed = result%min_speed
          point%period = result%response%sections%period
          allocate (point%tip, source=result%response%sections%displacement(:, 0, :))
-         call find_multipliers(map, result, point%multiplier)
+         ! the multipliers are the eigenvalues of the derivative of the map, in descending order of magnitude; a huge
+         ! value marks multipliers that were not found, so that the orbit counts as unstable
+         allocate (matrix(n, n), source=scaled_derivative(map, result, n))
+         allocate (real_part(n), imaginary_part(n), work(8*n))
+         point%multiplier = spread(cmplx(huge(1.0_wp), 0.0_wp, wp), 1, n)
+         ! the derivative at grazing is not finite
+         if (.not. all(abs(matrix) < huge(1.0_wp))) return
+         call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
+         if (info == 0) point%multiplier = cmplx(real_part, imaginary_part, wp)
+         point%multiplier = point%multiplier(ascending_order(-abs(point%multiplier)))
       end associate
    end subroutine fill_point
-
-   !> Eigenvalues of the derivative of the map, in descending order of magnitude.
-   subroutine find_multipliers(map, result, multiplier)
-      type(section_map_t), intent(in) :: map
-      type(map_result_t), intent(in) :: result
-      complex(wp), allocatable, intent(out) :: multiplier(:)
-
-      real(wp), allocatable :: matrix(:, :), real_part(:), imaginary_part(:), work(:)
-      real(wp), dimension(1, 1) :: left, right
-      integer :: info, n
-
-      n = size(result%derivative, 1)
-      allocate (matrix(n, n), source=scaled_derivative(map, result, n))
-      allocate (real_part(n), imaginary_part(n), work(8*n))
-      ! a huge value marks multipliers that were not found, so that the orbit counts as unstable
-      allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
-      ! the derivative at grazing is not finite
-      if (.not. all(abs(matrix) < huge(1.0_wp))) return
-      call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
-      if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
-      multiplier = multiplier(ascending_order(-abs(multiplier)))
-   end subroutine find_multipliers
 
    !> Derivative of the map with respect to the state, and perhaps the parameter, in units of the map.
    pure function scaled_derivative(map, result, columns) result(matrix)

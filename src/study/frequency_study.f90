@@ -141,6 +141,7 @@ contains
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, size(lambda)]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
+      real(wp), allocatable :: shapes(:, :)
       integer :: number
 
       ! each rigid support reduces the number of modes by one
@@ -157,7 +158,15 @@ contains
             if (.not. allocated(error) .or. model%mesh%elements > max_dense_elements) return
          end if
          if (size(model%supports) > 0) then
-            call supported_modes(model, number, lambda, error, modes)
+            ! all modes without the supports are constrained by one support after the other, which avoids cancellation
+            ! in a stiffness matrix with supports
+            call natural_modes(model, model%stiffness%order, lambda, error, shapes)
+            if (allocated(error)) return
+            call attach_supports(model%supports, lambda, shapes)
+            lambda = lambda(:number)
+            if (.not. present(modes)) return
+            modes = shapes(:, :number)
+            call fix_mode_signs(model%tip_dof, modes)
          else
             call natural_modes(model, number, lambda, error, modes)
          end if
@@ -172,30 +181,6 @@ contains
 
       is_chosen = elements > small_mesh .and. 2*count <= elements
    end function uses_lanczos
-
-   !> Compute all modes without the supports, and then constrain them by one support after the other; this avoids
-   !> cancellation in a stiffness matrix with supports.
-   subroutine supported_modes(model, count, lambda, error, modes)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes
-      integer, intent(in) :: count
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set if the solver fails
-      type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
-      real(wp), allocatable, intent(out), optional :: modes(:, :)
-
-      real(wp), allocatable :: shapes(:, :)
-
-      call natural_modes(model, model%stiffness%order, lambda, error, shapes)
-      if (allocated(error)) return
-      call attach_supports(model%supports, lambda, shapes)
-      lambda = lambda(:count)
-      if (.not. present(modes)) return
-      modes = shapes(:, :count)
-      call fix_mode_signs(model%tip_dof, modes)
-   end subroutine supported_modes
 
    !> Compute the mode shapes of one solver on one mesh at the nodes.
    subroutine fill_shapes(model, solver, count, table, error)

@@ -1,4 +1,4 @@
-/* Memory that this process can still allocate. machine_memory.f90 has the Fortran interfaces. */
+/* Memory that this process can still allocate. process.f90 has the Fortran interfaces. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
