@@ -41,12 +41,16 @@ contains
       answer = elements > max_elements_for_all_modes .and. .not. needs_all_modes(settings)
    end function takes_few_modes
 
-   !> Whether a run needs all modes. The replacement of the nodal velocity changes the velocity of one degree of freedom
-   !> alone, which is a combination of all modes.
+   !> Whether a run needs all modes, unless the scene gives their number. The replacement of the nodal velocity changes
+   !> the velocity of one degree of freedom alone, which is a combination of all modes. An impulse at a rigid stop
+   !> causes no moment elsewhere at first, because the moments of all modes cancel; those of a part of them do not.
    pure logical function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
 
       answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
+      if (allocated(settings%stress) .and. settings%response%mode_count == 0) then
+         answer = answer .or. any(is_rigid(stops_of(settings)))
+      end if
    end function needs_all_modes
 
    !> Number of modes of the mesh.
