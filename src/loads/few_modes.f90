@@ -1,21 +1,23 @@
 !> Reduced basis of a large mesh for one run: the lowest modes, and residual modes, which add the static response of
-!> all other modes to forces at the stops and to the loads, and their part in the start (docs/theory.md, section 13).
+!> all other modes to forces at the stops and to the loads, their response to fast forces at stiff stops, and their part
+!> in the start (docs/theory.md, section 13).
 !> Mode shapes are also given in the coordinates q of `support_coordinates`, in which the strain energy is q.q/2 and the
 !> kinetic energy |B dq/dt|^2/2.
 module few_modes
    use applied_loads, only: applied_loads_t, are_mergeable, gather_loads, has_loads, merge_loads
    use beam_model, only: beam_model_t, constrain_supports, is_mechanism
    use beam_starts, only: find_start_momenta
+   use compliant_stop, only: compliant_stop_t, dynamic_stiffness
    use failures, only: failure_t
    use free_modes, only: complete_modes, find_free_modes, free_modes_t
-   use kinds, only: wp
+   use kinds, only: lambda1, lambda1_power4, wp
    use lanczos_solver, only: lambda_of, lanczos_vectors
    use mode_shapes, only: fix_mode_signs
    use pinned_coordinates, only: rigid_rotation
    use residual_modes, only: find_residual_modes
-   use run_settings, only: impulse_nodal, run_settings_t, stops_of
-   use skyline_matrix, only: factorise, skyline_t, solve_factorised
-   use stop_laws, only: is_rigid
+   use run_settings, only: impulse_nodal, run_settings_t, stop_settings_t, stops_of
+   use skyline_matrix, only: combine, factorise, skyline_t, solve_factorised
+   use stop_laws, only: is_rigid, make_compliant_stop
    use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
       make_supported_beam, &
       coordinates_of_motion
@@ -142,6 +144,7 @@ contains
       end if
       call gather_shapes(model, settings, beam, shapes, error)
       if (allocated(error)) return
+      if (settings%has_stop) call add_dynamic_shapes(model, settings, beam, modes%lambda(size(modes%lambda)), shapes)
       call find_residual_modes(beam, shapes, vectors, residuals, deflection, error)
       if (allocated(error)) return
       call append(model, beam, residuals, deflection, modes)
@@ -294,5 +297,62 @@ contains
       end if
       shapes = shapes(:, :found)
    end subroutine gather_shapes
+
+   !> Add dynamic shapes of stiff compliant stops. A force that grows as exp(sigma tau) at the stop c deflects the beam
+   !> in the shape (K + s M)^-1 e_c, s = sigma^2/(1 + 2 zeta sigma). Such shapes represent the response of the truncated
+   !> modes to the short force of an impact. Their numbers s are a geometric series, from the retained modes to forces
+   !> so fast that the stop is much more flexible than the beam.
+   subroutine add_dynamic_shapes(model, settings, beam, lambda, shapes)
+      type(beam_model_t), intent(in) :: model
+      !> Stops and damping
+      type(run_settings_t), intent(in) :: settings
+      type(supported_beam_t), intent(in) :: beam
+      !> Highest of the retained modes
+      real(wp), intent(in) :: lambda
+      !> Shapes in the coordinates q, [order, shapes]
+      real(wp), allocatable, intent(inout) :: shapes(:, :)
+
+      ! first s over the square of the frequency of the highest retained mode, and ratio of successive s
+      real(wp), parameter :: first_ratio = 1.5_wp, series_ratio = 3.0_wp
+      ! minimum flexibility of the beam over that of the stop
+      real(wp), parameter :: min_flexibility = 0.1_wp
+      ! where the beam responds like a point mass, its flexibility decreases as 1/s, and one such shape suffices
+      real(wp), parameter :: decrease_of_mass = 0.95_wp*series_ratio
+      type(beam_model_t) :: constrained
+      type(skyline_t) :: factors
+      type(stop_settings_t), allocatable :: stops(:)
+      class(compliant_stop_t), allocatable :: stop
+      type(failure_t), allocatable :: singular
+      real(wp) :: flexibility, motion(beam%dofs), previous, s, sigma
+      integer :: j
+
+      if (model%has_massless_node) return
+      allocate (stops, source=stops_of(settings))
+      constrained = constrain_supports(model)
+      do j = 1, size(stops)
+         if (is_rigid(stops(j)) .or. stops(j)%is_of_base) cycle
+         call make_compliant_stop(stops(j), stop)
+         s = first_ratio*(max(lambda, lambda1)/lambda1)**4
+         previous = 0.0_wp
+         do
+            factors = combine(1.0_wp/lambda1_power4, constrained%stiffness, s, constrained%mass)
+            call factorise(factors, singular)
+            ! rounding errors of a strongly graded mesh can make the matrix singular
+            if (allocated(singular)) exit
+            motion = 0.0_wp
+            motion(model%stop_dofs(j)) = 1.0_wp
+            motion(beam%supported) = 0.0_wp
+            call solve_factorised(factors, motion)
+            flexibility = motion(model%stop_dofs(j))
+            sigma = settings%zeta*s + sqrt((settings%zeta*s)**2 + s)
+            if (flexibility*real(dynamic_stiffness(stop%dynamic_stiffness_t, cmplx(sigma, kind=wp))) &
+               < min_flexibility*(1.0_wp + 2.0_wp*settings%zeta*sigma)) exit
+            shapes = reshape([shapes, coordinates_of_motion(beam, motion)], [beam%order, size(shapes, 2) + 1])
+            if (previous > decrease_of_mass*flexibility) exit
+            previous = flexibility
+            s = series_ratio*s
+         end do
+      end do
+   end subroutine add_dynamic_shapes
 
 end module few_modes

@@ -41,6 +41,9 @@ module mode_trials
    !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
    !> this fraction of their length.
    real(wp), parameter :: min_early_fraction = 0.25_wp
+   !> Driven trials last at least this fraction of their maximum length after the first contact, because one impact on a
+   !> stiff stop can be a burst of many contacts.
+   real(wp), parameter :: min_contact_fraction = 0.125_wp
    !> A motion is compared up to the peak of this rebound.
    integer, parameter :: last_rebound = 3
    !> A motion is compared over at most this number of periods of the lowest mode.
@@ -285,9 +288,10 @@ contains
       associate (settings => trials%settings%response, contacts => contact_times(response))
          has_shortened = .not. trials%is_settled .and. response%event_count > settings%event_limit &
             .and. size(contacts) > enough_contacts
-         if (has_shortened) has_shortened = contacts(enough_contacts) >= real(min_samples, wp)*settings%step
+         if (has_shortened) has_shortened = contacts(enough_contacts) >= real(min_samples, wp)*settings%step &
+            .and. enough_time(trials, response) < contacts(size(contacts))
          if (.not. has_shortened) return
-         settings%duration = contacts(enough_contacts)
+         settings%duration = enough_time(trials, response)
          trials%is_lengthened = .true.
       end associate
    end subroutine shorten
@@ -299,8 +303,8 @@ contains
 
       associate (settings => trials%settings%response, contacts => contact_times(response))
          length = settings%duration
-         if (size(contacts) > enough_contacts) length = min(length, max(contacts(enough_contacts), &
-            real(min_samples, wp)*settings%step))
+         if (size(contacts) > enough_contacts) length = min(length, max(contacts(enough_contacts), contacts(1) &
+            + min_contact_fraction*length, real(min_samples, wp)*settings%step))
       end associate
    end function enough_time
 
@@ -352,7 +356,8 @@ contains
 
       tau = length
       associate (contacts => contact_times(response))
-         if (size(contacts) > min_contacts) tau = min(tau, max(contacts(min_contacts + 1), min_early_fraction*length))
+         if (size(contacts) > min_contacts) tau = min(tau, max(contacts(min_contacts + 1), min_early_fraction*length, &
+            contacts(1) + min_contact_fraction*length))
       end associate
    end function first_contacts
 
