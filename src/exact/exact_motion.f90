@@ -25,15 +25,10 @@ module exact_motion
    use stop_contacts, only: datum_of
    implicit none (type, external)
    private
-   public :: exact_response, choose_modes, unknown_modes
-
-   !> Value of `lowest` in `choose_modes` for a run that continues no other run: the number of modes must be chosen.
-   integer, parameter :: unknown_modes = -1
+   public :: exact_response, choose_modes
 
    !> A trial run, made to compare numbers of modes.
    type :: trial_t
-      !> Number of the lowest modes in `modes`, which holds residual modes as well
-      integer :: count = 0
       type(free_modes_t) :: modes
       type(response_t) :: response
       !> Whether the run was made; false if it would cost too much, or failed
@@ -64,7 +59,6 @@ contains
       type(mode_check_t) :: check
       type(set_store_t), allocatable, target :: own_sets
       type(set_store_t), pointer :: store
-      integer :: lowest
 
       if (present(sets)) then
          store => sets
@@ -83,18 +77,14 @@ contains
          call find_common_modes(model, settings, own_modes, error)
          if (allocated(error)) return
       end if
-      lowest = unknown_modes
-      if (present(carried)) then
-         if (allocated(carried%q)) lowest = carried%lowest_modes
-      end if
-      call choose_modes(model, settings, common_modes, chosen, lowest, check, error, store)
+      call choose_modes(model, settings, common_modes, chosen, check, error, store, carried)
       if (allocated(error)) return
       if (allocated(chosen)) then
          call run_in_modes(model, chosen, check%retained, settings, store, response, error, carried)
       else
          call run_in_modes(model, common_modes, check%retained, settings, store, response, error, carried)
       end if
-      if (present(carried)) carried%lowest_modes = lowest
+      if (present(carried)) call move_alloc(chosen, carried%modes)
       response%mode_check = check
       response%evaluations = response%evaluations + check%evaluations
       if (associated(common_modes, own_modes)) response%factorisations = response%factorisations + 1
@@ -106,26 +96,26 @@ contains
    !> static flexibility of the beam. Only the inertia of the other modes is neglected. The effect of this neglect is
    !> not known before the run, so the motion with few modes is compared with the motion with more modes. If both
    !> motions agree well within the requested accuracy, the smaller number is used. If trial runs would cost more than
-   !> they can save, or never agree, all modes are used.
-   subroutine choose_modes(model, settings, common_modes, modes, lowest, check, error, sets)
+   !> they can save, or never agree, all modes are used. A run that continues another one has the modes of that run.
+   subroutine choose_modes(model, settings, common_modes, modes, check, error, sets, carried)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       !> From `find_common_modes`
       type(free_modes_t), intent(in) :: common_modes
       !> Chosen modes; unallocated: the modes of `common_modes` are used
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> On entry the number of lowest modes of the run that is continued, else `unknown_modes`; on return the number
-      !> chosen, 0: all
-      integer, intent(inout) :: lowest
       !> Number of modes, and how the number was found
       type(mode_check_t), intent(out) :: check
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
       !> Contact sets that trial runs share with other runs
       type(set_store_t), target, intent(inout), optional :: sets
+      !> State from which the run continues, if `q` is allocated; its modes are moved to `modes`
+      type(section_state_t), intent(inout), optional :: carried
 
       type(set_store_t), allocatable, target :: own_sets
       type(set_store_t), pointer :: store
+      logical :: is_continued
 
       if (present(sets)) then
          store => sets
@@ -134,9 +124,12 @@ contains
          store => own_sets
       end if
       check%all_modes = number_of_modes(model)
+      is_continued = .false.
+      if (present(carried)) is_continued = allocated(carried%q)
+      if (is_continued) call move_alloc(carried%modes, modes)
       if (settings%response%mode_count > 0) then
-         lowest = 0
          check%retained = min(check%all_modes, settings%response%mode_count)
+         if (allocated(modes)) return
          if (check%retained <= size(common_modes%lambda) .and. &
             .not. takes_few_modes(model%mesh%elements, settings)) return
          ! moments take the static contribution of the truncated modes from the residual modes
@@ -144,26 +137,19 @@ contains
          call find_few_modes(model, settings, check%retained, modes, error, common_modes)
          return
       end if
-      if (lowest == unknown_modes) then
-         lowest = 0
-         if (check%all_modes > max_all_modes .and. &
-            .not. (needs_all_modes(settings) .or. has_stiff_node(common_modes))) then
-            call try_numbers(model, settings, common_modes, store, modes, lowest, check, error)
-         end if
-      else if (lowest > 0) then
-         allocate (modes)
-         call find_few_modes(model, settings, lowest, modes, error, common_modes)
+      if (.not. is_continued .and. check%all_modes > max_all_modes .and. &
+         .not. (needs_all_modes(settings) .or. has_stiff_node(common_modes))) then
+         call try_numbers(model, settings, common_modes, store, modes, check, error)
+         if (allocated(error)) return
       end if
-      if (allocated(error)) return
-      if (lowest == 0 .and. size(common_modes%lambda) < check%all_modes .and. &
+      if (.not. allocated(modes) .and. size(common_modes%lambda) < check%all_modes .and. &
          takes_few_modes(model%mesh%elements, settings)) then
          ! no tried number suffices: all modes, or the maximum number of lowest modes if the mesh is too large
          allocate (modes)
          if (number_of_modes(model) <= 2*max_count) then
             call find_free_modes(model, modes, error)
          else
-            lowest = max_count
-            call find_few_modes(model, settings, lowest, modes, error, common_modes)
+            call find_few_modes(model, settings, max_count, modes, error, common_modes)
          end if
          if (allocated(error)) return
       end if
@@ -184,15 +170,13 @@ contains
    end function has_stiff_node
 
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
-   subroutine try_numbers(model, settings, common_modes, sets, modes, lowest, check, error)
+   subroutine try_numbers(model, settings, common_modes, sets, modes, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(in) :: common_modes
       type(set_store_t), target, intent(inout) :: sets
       !> Modes of the smaller of two trials that agree; unallocated: no two trials agree
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> Number of the lowest modes in `modes`; 0: no two trials agree
-      integer, intent(out) :: lowest
       !> Receives the result of the trials
       type(mode_check_t), intent(inout) :: check
       !> Set if modes cannot be found
@@ -210,12 +194,10 @@ contains
       ! number of the lowest modes in the present trial
       integer :: count
 
-      lowest = 0
       call open_trials(settings, common_modes, check%all_modes, trials)
       count = first_count(settings, common_modes)
       do while (count <= max_count)
          allocate (more)
-         more%count = count
          call find_few_modes(model, settings, count, more%modes, error, common_modes)
          if (allocated(error)) return
          call try_modes(model, more, sets, trials, check)
@@ -240,7 +222,6 @@ contains
       enough_check%evaluations = check%evaluations
       enough_check%work = check%work
       check = enough_check
-      lowest = enough%count
       allocate (modes, source=enough%modes)
    end subroutine try_numbers
 

@@ -5,7 +5,7 @@ module motion_run
    use beam_starts, only: check_table_of_start
    use contact_sets, only: set_store_t
    use contact_starts, only: check_gaps
-   use exact_motion, only: choose_modes, exact_response, unknown_modes
+   use exact_motion, only: choose_modes, exact_response
    use failures, only: fail, failure_t, status_bad_input
    use few_modes, only: find_common_modes, number_of_modes
    use free_modes, only: free_modes_t
@@ -87,41 +87,33 @@ contains
       type(free_modes_t) :: modes
       type(run_settings_t) :: settings_in_modes
       type(mode_check_t) :: check
-      ! number of lowest modes: first of the run that this run continues (or `unknown_modes`), then of this run
-      integer :: lowest
 
       if (.not. moves_in_modes(settings%response)) then
          call newmark_response(model, settings, response, error, carried)
          return
       end if
-      lowest = unknown_modes
-      if (present(carried)) then
-         if (allocated(carried%q)) lowest = carried%lowest_modes
-      end if
-      call find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error, shared)
+      call find_stepped_modes(model, settings, modes, settings_in_modes, check, error, shared, carried)
       if (allocated(error)) return
       call newmark_response(model, settings_in_modes, response, error, carried, modes)
-      if (present(carried)) carried%lowest_modes = lowest
       response%mode_check = check
    end subroutine step_motion
 
    !> Find the modes in which Newmark's method computes the motion: those of exact motion with the same settings.
-   subroutine find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error, shared)
+   subroutine find_stepped_modes(model, settings, modes, settings_in_modes, check, error, shared, carried)
       type(beam_model_t), intent(in) :: model
       !> Settings of the run
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(out) :: modes
       !> Settings of the run, with damping ratios and the mode of the start in the order of `modes`
       type(run_settings_t), intent(out) :: settings_in_modes
-      !> On entry the number of lowest modes of the run that is continued, else `unknown_modes`; on return the number
-      !> chosen
-      integer, intent(inout) :: lowest
       !> Number of modes, and how the number was found
       type(mode_check_t), intent(out) :: check
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
       !> Modes from `find_shared_modes`; absent or empty: the modes are computed
       type(free_modes_t), intent(in), optional :: shared
+      !> State from which the run continues, if `q` is allocated; receives the modes for the next run
+      type(section_state_t), intent(inout), optional :: carried
 
       type(free_modes_t), allocatable :: chosen
 
@@ -130,10 +122,12 @@ contains
       settings_in_modes%response%method = method_exact
       if (present(shared)) modes = shared
       if (.not. allocated(modes%lambda)) call find_common_modes(model, settings_in_modes, modes, error)
-      if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, lowest, check, error)
+      if (.not. allocated(error)) call choose_modes(model, settings_in_modes, modes, chosen, check, error, &
+         carried=carried)
       if (allocated(error)) return
       settings_in_modes%response%method = method_newmark
       if (allocated(chosen)) modes = chosen
+      if (present(carried)) call move_alloc(chosen, carried%modes)
       call select_modes(check%retained, modes, settings_in_modes)
    end subroutine find_stepped_modes
 
@@ -148,7 +142,6 @@ contains
       type(free_modes_t) :: modes
       type(run_settings_t) :: settings_in_modes
       type(mode_check_t) :: check
-      integer :: lowest
 
       call check_beam(model, settings, error)
       if (allocated(error)) return
@@ -158,8 +151,7 @@ contains
          call check_newmark(model, settings, error)
       else if (settings%response%mode_count > 0 .or. settings%response%keep_all_modes) then
          ! other numbers of modes are not known without trial runs, and the steps depend on them
-         lowest = unknown_modes
-         call find_stepped_modes(model, settings, modes, settings_in_modes, lowest, check, error)
+         call find_stepped_modes(model, settings, modes, settings_in_modes, check, error)
          if (.not. allocated(error)) call check_newmark(model, settings_in_modes, error, modes)
       else
          call check_exact_start(model, settings, error)

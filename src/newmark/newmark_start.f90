@@ -313,7 +313,7 @@ contains
    !> Copy the present state, from which another run can start.
    pure subroutine state_of(run, state)
       type(newmark_run_t), intent(in) :: run
-      type(section_state_t), intent(out) :: state
+      type(section_state_t), intent(inout) :: state
 
       state%tau = instant_of(run)
       associate (now => run%states(run%now))

@@ -1,6 +1,7 @@
 !> State of a motion at an instant, and its Poincare sections: states at intervals of one period of the load
 !> (docs/theory.md, section 21).
 module section_types
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use tangent_columns, only: tangent_t
    implicit none (type, external)
@@ -18,9 +19,9 @@ module section_types
       real(wp), allocatable :: q(:)
       !> Velocities, as `q`
       real(wp), allocatable :: v(:)
-      !> Number of lowest modes of the beam among the modes of `q`, whose other modes are residual modes (static shapes
-      !> that replace the omitted modes); 0: `q` contains all modes of the mesh
-      integer :: lowest_modes = 0
+      !> Modes of `q`, of which some are residual modes (shapes that replace the omitted modes), so that they depend on
+      !> the settings of the run; unallocated: the lowest modes of the mesh
+      type(free_modes_t), allocatable :: modes
       !> Whether each contact is closed, [contacts]
       logical, allocatable :: is_closed(:)
       !> Whether the contact is open and the surface of its stop moves with the beam (spring and damper), [contacts]

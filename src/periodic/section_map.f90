@@ -7,7 +7,7 @@ module section_map
    use beam_model, only: beam_model_t, complete_model
    use contact_sets, only: set_store_t
    use contact_states, only: make_contact_state, contact_state_t
-   use exact_motion, only: choose_modes, exact_response, unknown_modes
+   use exact_motion, only: choose_modes, exact_response
    use failures, only: failure_t
    use few_modes, only: find_common_modes
    use free_modes, only: free_modes_t, max_rigid_square
@@ -91,8 +91,6 @@ contains
       type(mode_check_t) :: check
       ! number of modes in the runs, chosen by `choose_modes`
       integer :: mode_count
-      ! number of lowest modes among them; the others are residual modes
-      integer :: lowest
       integer :: k
 
       map%model = model
@@ -104,8 +102,7 @@ contains
       if (allocated(map%settings%spectrum)) deallocate (map%settings%spectrum)
       call find_common_modes(model, settings, map%modes, error)
       if (allocated(error)) return
-      lowest = unknown_modes
-      call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
+      call choose_modes(model, settings, map%modes, chosen, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) map%modes = chosen
       mode_count = check%retained
