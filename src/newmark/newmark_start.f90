@@ -353,8 +353,8 @@ contains
                if (state%is_deformed(k)) contact%status = is_unloaded
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
                ! the indentation is measured from the gap at which contact began, which is not stored
-               if (contact%status == is_in_contact) contact%shift = state%indentation(k) - contact%contact%height &
-                  + row_value(contact%row, now%beam%displacement)
+               if (any(contact%status == [is_in_contact, is_unloaded])) contact%shift = state%indentation(k) &
+                  - contact%contact%height + row_value(contact%row, now%beam%displacement)
                contact%is_penetrating = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
          end do
