@@ -41,8 +41,8 @@ module mode_trials
    !> Driven trials that differ at their end count as equal if they agree over the first contacts, and over at least
    !> this fraction of their length.
    real(wp), parameter :: min_early_fraction = 0.25_wp
-   !> Driven trials last at least this fraction of their maximum length after the first contact, because one impact on a
-   !> stiff stop can be a burst of many contacts.
+   !> Driven trials last at least this fraction of the maximum length of the comparison after the first contact, because
+   !> one impact on a stiff stop can be a burst of many contacts.
    real(wp), parameter :: min_contact_fraction = 0.125_wp
    !> A motion is compared up to the peak of this rebound.
    integer, parameter :: last_rebound = 3
@@ -244,7 +244,7 @@ contains
          trials%is_settled = .true.
          if (trials%is_driven) then
             trials%full_length = enough_time(trials, response)
-            new_length = first_contacts(response, trials%full_length)
+            new_length = first_contacts(trials, response, trials%full_length)
             trials%growth = evaluations_until(trials%full_length)/evaluations_until(new_length)
             if (.not. new_length < trials%full_length) trials%full_length = 0.0_wp
          else
@@ -304,7 +304,7 @@ contains
       associate (settings => trials%settings%response, contacts => contact_times(response))
          length = settings%duration
          if (size(contacts) > enough_contacts) length = min(length, max(contacts(enough_contacts), contacts(1) &
-            + min_contact_fraction*length, real(min_samples, wp)*settings%step))
+            + min_contact_fraction*trials%window, real(min_samples, wp)*settings%step))
       end associate
    end function enough_time
 
@@ -336,8 +336,8 @@ contains
       early = check
       horizon = trials%settings%response%duration
       if (trials%is_driven) then
-         call compare_until(trials, min(first_contacts(fewer, horizon), first_contacts(more, horizon)), fewer, more, &
-            early)
+         call compare_until(trials, min(first_contacts(trials, fewer, horizon), &
+            first_contacts(trials, more, horizon)), fewer, more, early)
       else
          horizon = min(horizon_of(fewer, horizon), horizon_of(more, horizon))
       end if
@@ -347,9 +347,10 @@ contains
       trials%difference = check%difference
    end subroutine judge_trials
 
-   !> Instant at which the fourth contact begins, at least a fraction of the length of the trial; the end of the trial
-   !> if there are fewer than four contacts.
-   pure real(wp) function first_contacts(response, length) result(tau)
+   !> Instant at which the fourth contact begins, at least a fraction of the length of the trial, and of the maximum
+   !> length after the first contact; the end of the trial if there are fewer than four contacts.
+   pure real(wp) function first_contacts(trials, response, length) result(tau)
+      type(trials_t), intent(in) :: trials
       type(response_t), intent(in) :: response
       !> Length of the trial, tau
       real(wp), intent(in) :: length
@@ -357,7 +358,7 @@ contains
       tau = length
       associate (contacts => contact_times(response))
          if (size(contacts) > min_contacts) tau = min(tau, max(contacts(min_contacts + 1), min_early_fraction*length, &
-            contacts(1) + min_contact_fraction*length))
+            contacts(1) + min_contact_fraction*trials%window))
       end associate
    end function first_contacts
 
