@@ -11,6 +11,7 @@ module exact_motion
    use few_modes, only: find_common_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
    use free_modes, only: are_modes_of_run, find_free_modes, free_modes_t
    use kinds, only: wp
+   use lapack_interfaces, only: dgemm
    use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
    use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, lengthen, max_stalled, open_trials, &
       settle_length, shorten, trials_t
@@ -379,16 +380,19 @@ contains
       type(recorder_t), intent(in) :: recorder
       type(response_t), intent(inout) :: response
 
-      integer :: i, mode_count
+      ! modes of displacements and slopes at the nodes after the root; contiguous, so that their products are fast
+      real(wp), allocatable :: displacement(:, :), slope(:, :)
+      integer :: mode_count
 
       mode_count = size(recorder%shape_z, 1)
       ! rows 2 i - 1 and 2 i of a mode are displacement and slope of node i; node 0 is the root
-      do i = 1, modes%elements
-         response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_z) - height
-         response%shape_slope(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_z)
-         response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_v)
-         response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_v)
-      end do
+      allocate (displacement, source=modes%mode(1:2*modes%elements - 1:2, :mode_count))
+      allocate (slope, source=modes%mode(2:2*modes%elements:2, :mode_count))
+      call multiply(displacement, recorder%shape_z, response%shape_displacement)
+      call multiply(slope, recorder%shape_z, response%shape_slope)
+      call multiply(displacement, recorder%shape_v, response%shape_velocity)
+      call multiply(slope, recorder%shape_v, response%shape_slope_velocity)
+      response%shape_displacement(1:, :) = response%shape_displacement(1:, :) - height
       ! a massless node at the stop is displaced relative to the modes
       associate (node => modes%stop_dof/2 + 1)
          response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
@@ -405,6 +409,20 @@ contains
             response%shape_slope_velocity(0, :) = matmul(modes%mode(dofs(2), :mode_count), recorder%shape_v)
          end if
       end associate
+
+   contains
+
+      !> Multiply modes at the nodes after the root by amplitudes.
+      subroutine multiply(values, amplitudes, products)
+         !> Values of the modes at the nodes, [nodes, modes], and amplitudes, [modes, instants]
+         real(wp), intent(in) :: values(:, :), amplitudes(:, :)
+         !> Products at the nodes from the root on, [0:nodes, instants]; that at the root stays as it is
+         real(wp), allocatable, intent(inout) :: products(:, :)
+
+         if (size(amplitudes, 2) > 0) call dgemm('N', 'N', size(values, 1), size(amplitudes, 2), mode_count, 1.0_wp, &
+            values, size(values, 1), amplitudes, mode_count, 0.0_wp, products(1, 1), size(products, 1))
+      end subroutine multiply
+
    end subroutine fill_shapes
 
 end module exact_motion
