@@ -58,8 +58,6 @@ contains
       !> Sums of the integrals, [frequencies, signals]
       complex(wp), intent(inout) :: transform(:, :)
 
-      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
       type(band_t) :: band
       type(sums_t) :: total(size(transform, 2))
       ! exp(-i omega t) at the start of the span
@@ -89,12 +87,7 @@ contains
          do m = 1, size(sums%exponent)
             call add_term(band, sums%exponent(m), amplitude(:, m), total)
          end do
-         do i = 1, band_size
-            origin_re(i) = cos(band%omega(i)*(start + from))
-         end do
-         do i = 1, band_size
-            origin_im(i) = -sin(band%omega(i)*(start + from))
-         end do
+         call find_phasors(band%omega, start + from, origin_re, origin_im)
          do k = 1, size(total)
             do i = 1, band%count
                transform(first + i - 1, k) = transform(first + i - 1, k) + cmplx(origin_re(i), origin_im(i), wp)*( &
@@ -116,8 +109,28 @@ contains
       !> Sum of the integrals, [frequencies]
       complex(wp), intent(inout) :: transform(:)
 
-      transform = transform + value*cmplx(cos(omega*time), -sin(omega*time), wp)
+      real(wp), dimension(size(omega)) :: re, im
+
+      call find_phasors(omega, time, re, im)
+      transform = transform + value*cmplx(re, im, wp)
    end subroutine add_impulse
+
+   !> Find exp(-i omega t).
+   pure subroutine find_phasors(omega, time, re, im)
+      !> Frequencies
+      real(wp), intent(in) :: omega(:)
+      !> Time t
+      real(wp), intent(in) :: time
+      !> Real and imaginary parts, [frequencies]
+      real(wp), dimension(:), intent(out) :: re, im
+
+      ! each statement calls one function, because the compiler then calls a vector version of the function
+      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
+
+      re = cos(omega*time)
+      im = -sin(omega*time)
+   end subroutine find_phasors
 
    !> Coefficients of a cubic polynomial of t + shift as a polynomial of t.
    pure function shifted(power, shift) result(of_t)
@@ -152,20 +165,12 @@ contains
       !> On entry `count` is set
       type(band_t), intent(inout) :: band
 
-      ! each loop calls one function, because the compiler then calls a vector version of the function
-      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
       integer :: i
 
       band%length = length
       band%omega(:band%count) = omega
       band%omega(band%count + 1:) = omega(band%count)
-      do i = 1, band_size
-         band%half_re(i) = cos(0.5_wp*length*band%omega(i))
-      end do
-      do i = 1, band_size
-         band%half_im(i) = -sin(0.5_wp*length*band%omega(i))
-      end do
+      call find_phasors(band%omega, 0.5_wp*length, band%half_re, band%half_im)
       !$omp simd
       do i = 1, band_size
          band%phasor_re(i) = (band%half_re(i) - band%half_im(i))*(band%half_re(i) + band%half_im(i))
