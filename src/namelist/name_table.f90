@@ -9,7 +9,7 @@
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, in_units_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
-      max_name_length, name_t, sweep_t, is_among, range_t
+      max_name_length, name_t, sweep_t, contains_value, is_among, range_t
    use number_text, only: to_text
    implicit none (type, external)
    private
@@ -237,7 +237,12 @@ contains
       type(in_units_t), intent(in) :: in_units
       logical, intent(in) :: is_list
 
-      call table%advance(name_t(in_units%name, in_units%meaning, in_units%range, ratio%needs, &
+      type(range_t) :: range
+
+      ! a value of 0 is a ratio of 0
+      range = in_units%range
+      if (abs(range%minimum) <= 0.0_wp .and. .not. contains_value(ratio%range, 0.0_wp)) range%excludes_minimum = .true.
+      call table%advance(name_t(in_units%name, in_units%meaning, range, ratio%needs, &
          instead_of=ratio%name, quantity=in_units%quantity, relative_to=in_units%relative_to, &
          sweep=sweep_t(name=in_units%swept_as)), kind_number, is_list)
    end subroutine store_in_units

@@ -16,11 +16,13 @@ module namelist_values
 contains
 
    !> Read a whole number: an optional sign, then digits.
-   pure subroutine read_integer(text, value, is_legal)
+   pure subroutine read_integer(text, value, is_legal, reason)
       character(*), intent(in) :: text
       integer, intent(out) :: value
       !> Whether the text is a whole number within the range of default integers
       logical, intent(out) :: is_legal
+      !> Requirement that the text violates, if the text is a number such as 1e6. Unallocated otherwise
+      character(:), allocatable, intent(out), optional :: reason
 
       integer, parameter :: max_digits = 18
       integer(i8) :: long_value
@@ -31,6 +33,9 @@ contains
       first = 1 + sign_length(text)
       last = len(text)
       if (last < first) return
+      if (present(reason) .and. verify(text(first:), digits//'eE') == 0 .and. scan(text(first:), 'eE') > 1) then
+         reason = 'must be a whole number without an exponent'
+      end if
       if (verify(text(first:), digits) /= 0) return
       if (verify(text(first:), '0') > 0) first = first + verify(text(first:), '0') - 1
       if (last - first >= max_digits) return

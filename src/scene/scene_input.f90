@@ -177,13 +177,12 @@ contains
       count = 0
       do i = input%namelist%items(item)%first_value, input%namelist%items(item)%last_value
          if (entry%kind == kind_whole) then
-            call read_integer(value_text(input%namelist, i), whole, is_legal)
+            call read_integer(value_text(input%namelist, i), whole, is_legal, reason)
             number = real(whole, wp)
          else
             call read_real(value_text(input%namelist, i), number, is_legal, reason)
          end if
-         is_legal = is_legal .and. .not. input%namelist%values(i)%is_quoted
-         if (is_legal) is_legal = contains_value(range, number)
+         is_legal = is_legal .and. .not. input%namelist%values(i)%is_quoted .and. contains_value(range, number)
          if (.not. is_legal) then
             if (.not. allocated(reason)) reason = 'must be a ' &
                //trim(merge('whole number', 'number      ', entry%kind == kind_whole))//' '//range_text(range)

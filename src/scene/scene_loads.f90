@@ -85,7 +85,7 @@ contains
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'circular frequency over omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., may_change_in_motion=.true.)), in_units_t('frequency', &
-         'frequency', 'cycles per unit of time', range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.)))
+         'frequency', 'cycles per unit of time'))
       degrees = course%phase/degree
       given_degrees = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
@@ -100,7 +100,7 @@ contains
          in_units_t('end_time', 'time', 'the same in time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
          sweep=sweep_t(first + 5, is_in_cases=.true.)), in_units_t('duration_time', 'time', &
-         'length of the pulse, time', range_t(0.0_wp, 1.0e20_wp, excludes_minimum=.true.)))
+         'length of the pulse, time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
