@@ -25,7 +25,7 @@ BODY = "#efe3c8"
 EDGE = "#1f5fa8"
 GROUND = "#666666"
 TOUCHED = "#e08a5b"
-LAWS = {"restitution": "rigid", "three_element": "spring, and damper with spring", "spring_damper": "spring and damper"}
+LAWS = {"restitution": "rigid", "three_element": "three elements", "spring_damper": "spring and damper"}
 # Points of an element
 POINTS = 13
 FRAME_TAU = 0.04
@@ -429,7 +429,7 @@ def list_of(scene):
                               f"{plots.quantity(height + body.start(), scene.unit_text)}" for side, height in body.faces)
         bases = "".join(f", {'floor' if side > 0 else 'ceiling'} {plots.quantity(abs(height), scene.unit_text)} "
                         f"{'below' if side > 0 else 'above'} $z$ = 0" for side, height in body.bases)
-        lines.append(f"body {body.number}: {scene.place(body.position)}, {places}; {LAWS[body.law]}{bases}")
+        lines.append(f"body {body.number}: {scene.place(body.position)}, {places}; contact: {LAWS[body.law]}{bases}")
     for support in scene.supports:
         kind = f"spring, ratio {plots.round_number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
         lines.append(f"support: {scene.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")

@@ -54,6 +54,8 @@ contains
          do i = 1, size(scene%bodies)
             call print_line(unit, 'body '//to_text(i), body_in_words(scene%bodies(i), units))
             call print_line(unit, '', law_in_words(scene%bodies(i)%contact, units))
+            if (ends_of_path(scene%bodies(i)) /= '') call print_line(unit, '', ends_of_path(scene%bodies(i))//': ' &
+               //law_in_words(scene%bodies(i)%base_contact, units))
          end do
       end if
       if (allocated(scene%supports)) then
@@ -164,7 +166,18 @@ contains
       end do
    end subroutine print_stops
 
-   !> Mass, side, position, spring and damper of a body, and its floor and ceiling.
+   !> The fixed obstacles of a body besides the beam: floor, ceiling, both or none.
+   pure function ends_of_path(body) result(words)
+      type(body_settings_t), intent(in) :: body
+      character(:), allocatable :: words
+
+      words = ''
+      if (body%floor >= 0.0_wp) words = 'floor'
+      if (body%ceiling >= 0.0_wp) words = 'ceiling'
+      if (min(body%floor, body%ceiling) >= 0.0_wp) words = 'floor and ceiling'
+   end function ends_of_path
+
+   !> Mass, side, position, spring and damper of a body, its start, and its floor and ceiling.
    pure function body_in_words(body, units) result(words)
       type(body_settings_t), intent(in) :: body
       !> Units of the results
@@ -182,6 +195,10 @@ contains
       if (body%spring_ratio > 0.0_wp) words = words//phrase(units, ', spring ', 'stiffness', body%spring_ratio)
       if (body%damping_ratio > 0.0_wp) words = words//', damping ratio '//rounded(body%damping_ratio)
       if (body%base_damper_ratio > 0.0_wp) words = words//phrase(units, ', damper ', 'damper', body%base_damper_ratio)
+      if (abs(body%rest) > 0.0_wp) words = words//phrase(units, ', rest at ', 'displacement', body%rest)
+      if (body%start_gap >= 0.0_wp) words = words//phrase(units, ', start gap ', 'displacement', body%start_gap)
+      if (abs(body%start_velocity) > 0.0_wp) words = words &
+         //phrase(units, ', start velocity ', 'velocity', body%start_velocity)
       if (body%floor >= 0.0_wp) words = words//phrase(units, ', floor at ', 'displacement', 0.0_wp - body%floor)
       if (body%ceiling >= 0.0_wp) words = words//phrase(units, ', ceiling at ', 'displacement', body%ceiling)
    end function body_in_words
