@@ -44,9 +44,16 @@ contains
       real(wp), intent(in) :: row(:)
       real(wp) :: converted(measure_count)
 
+      integer :: i
+
       converted = row
       if (.not. units%are_physical) return
-      where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
+      do i = 1, measure_count
+         ! a run has few of all measures, and in a short run the search for names of quantities takes long
+         if (ieee_is_nan(row(i))) cycle
+         if (measure_table(i)%quantity /= 'number') converted(i) = row(i)*units%factor(quantity_named( &
+            measure_table(i)%quantity))
+      end do
    end function row_in_units
 
    !> Write for each measure a list over cases or contacts. Lists of forces, and of measures that need a group of the

@@ -182,12 +182,15 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: name
+      ! whether D is needed, and follows from heights
+      logical :: uses_heights
       integer :: k
 
       associate (unit => scene%scales%displacement)
          unit = table%number('scene', 'displacement_scale')
-         if (scene%start%kind /= start_release .and. unit <= 0.0_wp .and. &
-            any(needs_displacement(table%entries(entries_in_units(table))))) then
+         uses_heights = scene%start%kind /= start_release .and. unit <= 0.0_wp
+         if (uses_heights) uses_heights = any(needs_displacement(table%entries(entries_in_units(table))))
+         if (uses_heights) then
             do k = 1, size(all_stops(scene))
                name = height_name(nint(table%number('stop', 'side', k)))
                if (table%has('stop', name, k)) unit = max(unit, abs(table%number('stop', name, k)))
