@@ -11,11 +11,14 @@ module frequency_response
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: common_zeta, select_modes
    use point_groups, only: body_points, contact_points, in_degrees, put_amplitudes
+   use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
+   use reader_units, only: phrase
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: frequency_response_settings_t, scene_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
+   use table_columns, only: print_line
    implicit none (type, external)
    private
    public :: frequency_response_t
@@ -34,6 +37,7 @@ module frequency_response
    contains
       procedure :: compute
       procedure :: write => write_group
+      procedure :: print => print_maximum
    end type frequency_response_t
 
 contains
@@ -153,5 +157,18 @@ contains
       call put_amplitudes(group, body_points, self%points)
       call put_amplitudes(group, contact_points, self%stop)
    end subroutine write_group
+
+   !> Print the maximum amplitude of the tip.
+   subroutine print_maximum(self, unit, units)
+      class(frequency_response_t), intent(in) :: self
+      integer, intent(in) :: unit
+      !> Units of the results
+      type(units_t), intent(in) :: units
+
+      associate (amplitude => abs(self%tip), frequency => self%frequency(maxloc(abs(self%tip), dim=1)))
+         call print_line(unit, 'without contact', phrase(units, 'amplitude of the tip at most ', 'displacement', &
+            maxval(amplitude))//phrase(units, ', at {omega~f} = ', 'frequency', frequency))
+      end associate
+   end subroutine print_maximum
 
 end module frequency_response

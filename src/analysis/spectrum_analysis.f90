@@ -8,21 +8,21 @@ module spectrum_analysis
    use failures, only: failure_t
    use kinds, only: pi, wp
    use load_settings, only: course_harmonic
-   use measure_list, only: measure_named
+   use measure_list, only: contact_name, measure_named
    use number_text, only: to_text
    use quantities, only: quantity_named, units_t, words_in
    use quantity_groups, only: quantity_group_t
    use reader_units, only: phrase, unit_in
    use response_types, only: response_t
-   use run_settings, only: run_settings_t
+   use run_settings, only: name_length, run_settings_t
    use scene_types, only: scene_t
    use sorting, only: ascending_order
-   use spectrum_settings, only: signal_table, window_hann, window_names
+   use spectrum_settings, only: signal_t, signal_table, spectrum_settings_t, window_hann, window_names
    use spectrum_types, only: amplitudes_of, run_spectrum_t
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private
-   public :: spectrum_analysis_t, line_t, find_lines, line_width
+   public :: spectrum_analysis_t, line_t, find_lines, line_width, owner_of
 
    !> Minimum amplitude of a line, relative to the amplitude of the strongest line.
    real(wp), parameter :: min_amplitude_ratio = 0.01_wp
@@ -55,6 +55,8 @@ module spectrum_analysis
       type(run_spectrum_t) :: run
       !> One of the `window_` constants
       integer :: window = window_hann
+      !> Contact or body of each signal, an addition to its meaning; empty if the scene has one only, [signals]
+      character(name_length), allocatable :: owner(:)
       !> Amplitude of a harmonic at each frequency, [frequencies, signals]
       real(wp), allocatable :: amplitude(:, :)
       !> One-sided power spectral density, [frequencies, signals]
@@ -86,11 +88,14 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: spread, variance_ratio
+      integer :: k
 
       associate (unused_1 => model, unused_2 => error)
       end associate
       self%window = scene%spectrum%window
       self%run = response%spectrum
+      self%owner = [character(name_length) :: (owner_of(signal_table(self%run%of(k)), scene%spectrum, response), &
+         k=1, size(self%run%of))]
       allocate (self%load, source=load_frequencies(settings))
       associate (run => self%run)
          allocate (self%amplitude, source=amplitudes_of(run))
@@ -108,6 +113,27 @@ contains
          allocate (self%sampling_error, source=run%sampling_error*(2.0_wp/run%window))
       end associate
    end subroutine compute
+
+   !> The contact or body of a signal, with a comma and a blank before it; empty if the scene leaves no choice, or none
+   !> was made.
+   pure function owner_of(signal, settings, response) result(words)
+      type(signal_t), intent(in) :: signal
+      type(spectrum_settings_t), intent(in) :: settings
+      !> Response with its contacts
+      type(response_t), intent(in) :: response
+      character(:), allocatable :: words
+
+      words = ''
+      if (.not. allocated(response%contacts)) return
+      if (size(response%contacts) == 1) return
+      if (signal%is_of_contact .and. settings%contact > 0) then
+         words = ', '//contact_name(response%contacts(settings%contact))
+      else if (signal%name == 'contact_force') then
+         words = ', sum of all contacts'
+      else if (signal%is_of_point .and. maxval(response%contacts%body) > 1) then
+         words = ', body_'//to_text(settings%recorded_point)
+      end if
+   end function owner_of
 
    !> Write the group of the results file.
    subroutine write_group(self, group)
@@ -135,7 +161,7 @@ contains
             associate (signal => signal_table(run%of(k)))
                name = trim(signal%name)
                call group%put('amplitude_'//name, self%amplitude(:, k), signal%quantity, 'amplitude of the ' &
-                  //trim(signal%meaning), 'omega')
+                  //trim(signal%meaning)//trim(self%owner(k)), 'omega')
                call group%put('mean_'//name, run%mean(k), signal%quantity, &
                   'mean of it; of displacements up from the unstressed beam, at a contact of a body from the body')
                if (run%sampled_from < huge(1.0_wp)) call group%put('sampling_error_'//name, self%sampling_error(k), &
@@ -204,7 +230,7 @@ contains
          do k = 1, size(run%of)
             associate (signal => signal_table(run%of(k)))
                call find_lines(run%frequency, self%amplitude(:, k), run%length, self%window, self%load, lines)
-               write (unit, '(/, 2x, a)') words_in(units, trim(signal%meaning))
+               write (unit, '(/, 2x, a)') words_in(units, trim(signal%meaning))//trim(self%owner(k))
                if (run%sampled_from < huge(1.0_wp)) call print_line(unit, 'amplitudes within', phrase(units, '', &
                   trim(signal%quantity), self%sampling_error(k)))
                if (size(lines) == 0) cycle
