@@ -7,8 +7,8 @@ module near_names
 contains
 
    !> Index of the candidate nearest to `name`, the first of equally near ones; 0 if no candidate is near enough to be a
-   !> typing error (one edit for every three letters, at least one). The comparison is sensitive to case; trailing
-   !> blanks do not count.
+   !> typing error (one edit for every three letters, at least one), then the shortest that begins with `name`,
+   !> of at least three letters. The comparison is sensitive to case; trailing blanks do not count.
    pure integer function nearest_name(name, candidates) result(position)
       !> Name that the user wrote
       character(*), intent(in) :: name
@@ -28,6 +28,13 @@ contains
             best = distance
             position = i
          end if
+      end do
+      if (position > 0 .or. len_trim(name) < 3) return
+      best = huge(best)
+      do i = 1, size(candidates)
+         if (index(candidates(i), trim(name)) /= 1 .or. len_trim(candidates(i)) >= best) cycle
+         best = len_trim(candidates(i))
+         position = i
       end do
    end function nearest_name
 

@@ -105,7 +105,7 @@ contains
       ! the line has k - 1 words, or more than two if k = 3 and `first` > 0
       if (k == 1) return
       rows = rows + 1
-      if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value'
+      if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value, with decimal points'
    end subroutine read_row
 
 end module time_table

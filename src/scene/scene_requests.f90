@@ -10,7 +10,7 @@ module scene_requests
    use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
       response_settings_t
    use scene_input, only: scene_input_t
-   use scene_spectrum, only: list_spectrum, resolve_spectrum
+   use scene_spectrum, only: instant_in_words, list_spectrum, resolve_spectrum
    use scene_types, only: base_group_t, scene_t
    use sweep_settings, only: is_swept
    implicit none (type, external)
@@ -120,28 +120,13 @@ contains
          end = end_of_motion
          if (statistics%end < huge(statistics%end)) then
             if (statistics%end > end_of_motion) call input%complain(group, 'end end_time', &
-               'must be at most the end of the run, '//instant(end_of_motion, 'end_time'))
+               'must be at most the end of the run, '//instant_in_words(input, scene, group, 'end_time', end_of_motion))
             end = statistics%end
          end if
          if (statistics%start >= end) call input%complain(group, 'start start_time', &
-            'nothing is left to count: it must be before the end, '//instant(end, 'start_time'))
+            'nothing is left to count: it must be before the end, ' &
+            //instant_in_words(input, scene, group, 'start_time', end))
       end associate
-
-   contains
-
-      !> An instant in words: in units of time if the file gives `name`, else in tau.
-      function instant(tau, name) result(words)
-         real(wp), intent(in) :: tau
-         !> Name of &statistics for a time
-         character(*), intent(in) :: name
-         character(:), allocatable :: words
-
-         if (input%has(group, name)) then
-            words = rounded(tau/scene%scales%omega1)//' (time)'
-         else
-            words = to_text(tau)//' (tau)'
-         end if
-      end function instant
    end subroutine resolve_statistics
 
    !> List the names of &poincare in the table, and bind them to the components of the scene.

@@ -20,6 +20,7 @@ module scene_resolve
    use scene_root_and_masses, only: check_masses, check_root
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
+   use scene_spectrum, only: instant_in_words
    use scene_start, only: choose_start
    use scene_stops, only: check_stops, check_supports, find_displacement
    use scene_sweep, only: resolve_cases, resolve_sweep
@@ -282,6 +283,8 @@ contains
       associate (response => scene%response, omega1 => scene%scales%omega1)
          if (response%step > response%duration) then
             reason = 'step '//to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)'
+            if (input%has('response', 'step_time')) reason = 'is longer than the run, ' &
+               //instant_in_words(input, scene, 'response', 'step_time', response%duration)
             names = 'step step_time'
             ! with units and a step by default, the message gives both times in s
             if (scene%unit_system > 0 .and. scene%unit_system /= system_none .and. &

@@ -3,14 +3,14 @@ module scene_spectrum
    use kinds, only: wp
    use name_table, only: table_t
    use name_types, only: condition_t, in_units_t, name_t, duration_range, instant_range, range_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use run_settings, only: end_of_run, side_both, stop_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: all_stops, scene_t
    use spectrum_settings, only: quantity_moment, signal_names, signal_table, spectrum_settings_t, window_names
    implicit none (type, external)
    private
-   public :: list_spectrum, resolve_spectrum
+   public :: list_spectrum, resolve_spectrum, instant_in_words
 
    !> Maximum number of frequencies.
    integer, parameter :: max_points = 1000000
@@ -99,17 +99,34 @@ contains
          end = end_of_run(scene%response)
          if (spectrum%end < huge(spectrum%end)) then
             if (spectrum%end > end) call input%complain(group, 'end end_time', 'must be at most the end of the run, ' &
-               //to_text(end)//' (tau)')
+               //instant_in_words(input, scene, group, 'end_time', end))
             end = spectrum%end
          end if
          if (spectrum%start >= end) then
             call input%complain(group, 'start start_time', 'nothing is left to transform: it must be before the end, ' &
-               //to_text(end)//' (tau)')
+               //instant_in_words(input, scene, group, 'start_time', end))
          else
             call check_numbers(input, spectrum, end - spectrum%start)
          end if
       end associate
    end subroutine resolve_spectrum
+
+   !> An instant or a duration in words: in units of time if the file gives `name`, else in tau.
+   pure function instant_in_words(input, scene, group, name, tau) result(words)
+      type(scene_input_t), intent(in) :: input
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: group
+      !> Name of the group for a time in units
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: tau
+      character(:), allocatable :: words
+
+      if (input%has(group, name)) then
+         words = rounded(tau/scene%scales%omega1)//' (time)'
+      else
+         words = to_text(tau)//' (tau)'
+      end if
+   end function instant_in_words
 
    !> Check that contact, body and point exist, and that a signal belongs to each. Problems are reported to `input`.
    subroutine check_owners(input, scene)

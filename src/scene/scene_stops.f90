@@ -265,8 +265,9 @@ contains
                call input%complain('stop', name, 'needs initial_height too'//trim(merge( &
                   ', here or at the stop from which the beam is released', &
                   '                                                     ', size(all_stops(scene)) > 1)) &
-                  //trim(merge(", or &start kind = 'rest' for a beam at rest between them", &
-                  repeat(' ', 57), side == side_both)), k)
+                  //trim(merge(", or &start kind = 'rest' for a beam at rest", repeat(' ', 44), &
+                  side == side_both .or. input%has_group('force') .or. input%has_group('base'))) &
+                  //trim(merge(' between them', repeat(' ', 13), side == side_both)), k)
             else if (height > scene%scales%length) then
                call input%complain('stop', name, "must be smaller in size than the beam's length, " &
                   //to_text(scene%scales%length), k)
