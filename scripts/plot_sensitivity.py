@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Plot sensitivities of measures: for each measure a bar for each parameter, by how many percent the measure changes if the
-parameter changes by one percent, the longest at the top. A pair without a derivative has a bar for each side.
+parameter changes by one percent, the longest at the top. A pair without a derivative has a bar for each side if both converge.
 """
 
 import argparse
@@ -10,6 +10,10 @@ from pathlib import Path
 import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
+
+
+# maximum error of a derivative from one side over its value, as in the table of the program; above it the derivative does not converge
+MAX_ERROR = 0.05
 
 
 class Sensitivity:
@@ -28,7 +32,8 @@ class Sensitivity:
             self.states = [plots.text_of(name) for name in group["state"][()]]
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = value/group["measure_value"][()]
-                self.sides = [share*group[name][()] for name in ("from_below", "from_above")]
+                self.sides = [np.where(group[f"{name}_error"][()] <= MAX_ERROR*np.abs(group[name][()]), share*group[name][()], math.nan)
+                              for name in ("from_below", "from_above")]
 
     def bars_of(self, measure):
         """Name and elasticities of each parameter, the longest last, before them those without."""

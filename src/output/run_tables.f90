@@ -170,11 +170,15 @@ contains
          if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
             .not. prints_absence(measures, i)) cycle
          if (is_driven .and. any(i == [measure_settling, measure_decay])) cycle
+         ! without energy above rest at the start no part of it can be left
+         if (i == measure_decay .and. ieee_is_nan(measures%left)) cycle
          if (.not. has_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
          ! averaging time of the force of a rigid stop
          window = ''
          if (i == measure_mean_force) window = phrase(units, ' over the first ', 'time', force_window) &
             //words_in(units, '{ of tau~}')//' of an episode'
+         if (i == measure_named('first_impact_time') .and. measures%has_hit_stop .and. &
+            measures%first_impact_tau <= 0.0_wp) window = ', in contact at the start'
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
             //window)
