@@ -17,7 +17,7 @@ module fit_start
    use sweep_plan, only: make_plan, plan_t
    implicit none (type, external)
    private
-   public :: fit_from, extras_of_fit
+   public :: fit_from, find_start_values, extras_of_fit
 
 contains
 

@@ -152,7 +152,6 @@ contains
             cycle
          end if
          remaining = h
-         if (remaining == g) cycle
          loads%course(remaining) = loads%course(g)
          loads%vector(:, remaining) = loads%vector(:, g)
          loads%power(remaining) = loads%power(g)
