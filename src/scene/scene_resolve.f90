@@ -251,8 +251,8 @@ contains
       end if
       if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance') .or. &
          input%has('response', 'accuracy'))) then
-         call input%complain('response', 'modes', 'is a number that is given; it does not go with accuracy, ' &
-            //'mode_tolerance or keep_all_modes')
+         call input%complain('response', 'modes', 'does not go with accuracy, mode_tolerance or keep_all_modes, ' &
+            //'which choose the number')
       end if
       ! the file gives mode_tolerance = 0, which means that no mode is omitted. `list_response` does not copy this 0
       ! into the component, so that it still has its default value `huge`

@@ -139,20 +139,30 @@ contains
       else if (input%has('response', 'step')) then
          call warn_of_tau('step', scene%response%step)
       end if
+      if (.not. input%has('response', 'duration')) then
+         if (input%has('statistics', 'start')) call warn_of_tau('start', scene%statistics%start, '&statistics ')
+         if (input%has('spectrum', 'start')) call warn_of_tau('start', scene%spectrum%start, '&spectrum ')
+      end if
 
    contains
 
-      !> Warn that a name of &response takes a dimensionless time, and give this time in units.
-      subroutine warn_of_tau(name, value)
+      !> Warn that a name takes a dimensionless time, and give this time in units.
+      subroutine warn_of_tau(name, value, group)
          character(*), intent(in) :: name
          real(wp), intent(in) :: value
+         !> Name of the group, with & and a blank; absent: &response
+         character(*), intent(in), optional :: group
 
+         character(:), allocatable :: place
          type(units_t) :: units
 
+         if (value <= 0.0_wp) return
+         place = ''
+         if (present(group)) place = group
          units = units_of(scene%scales, scene%unit_system, .true.)
-         call add_warning(scene, warning_dimensionless_time, name//' = '//rounded(value)//' is omega1 t, which is ' &
-            //rounded(value*units%factor(quantity_named('time')))//' '//trim(unit_of(quantity_named('time'), units)) &
-            //'; '//name//'_time is a time')
+         call add_warning(scene, warning_dimensionless_time, place//name//' = '//rounded(value) &
+            //' is omega1 t, which is '//rounded(value*units%factor(quantity_named('time')))//' ' &
+            //trim(unit_of(quantity_named('time'), units))//'; '//name//'_time is a time')
       end subroutine warn_of_tau
 
    end subroutine warn_of_ratios
