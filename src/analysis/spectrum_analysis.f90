@@ -94,8 +94,10 @@ contains
       end associate
       self%window = scene%spectrum%window
       self%run = response%spectrum
-      self%owner = [character(name_length) :: (owner_of(signal_table(self%run%of(k)), scene%spectrum, response), &
-         k=1, size(self%run%of))]
+      allocate (self%owner(size(self%run%of)))
+      do k = 1, size(self%owner)
+         self%owner(k) = owner_of(signal_table(self%run%of(k)), scene%spectrum, response)
+      end do
       allocate (self%load, source=load_frequencies(settings))
       associate (run => self%run)
          allocate (self%amplitude, source=amplitudes_of(run))
