@@ -59,7 +59,6 @@ contains
       ! maximum number of characters of a number, which is the width in the format '(bn, f100.0)' below
       integer, parameter :: max_characters = 100
       character(max_characters) :: buffer
-      character(:), allocatable :: mantissa
       ! position of the first digit
       integer :: first
       ! position of the letter of the exponent
@@ -85,27 +84,28 @@ contains
       else
          letter_position = len(text) + 1
       end if
-      mantissa = text(first:letter_position - 1)
-      if (scan(mantissa, digits) == 0) return
-      if (verify(mantissa, digits//'.') /= 0) return
-      point = index(mantissa, '.')
-      if (point /= index(mantissa, '.', back=.true.)) return
-      if (point == 0) point = len(mantissa) + 1
+      associate (mantissa => text(first:letter_position - 1))
+         if (scan(mantissa, digits) == 0) return
+         if (verify(mantissa, digits//'.') /= 0) return
+         point = index(mantissa, '.')
+         if (point /= index(mantissa, '.', back=.true.)) return
+         if (point == 0) point = len(mantissa) + 1
 
-      ! power of ten of the first significant digit, for the check of the range
-      first_significant = verify(mantissa, '0.')
-      ! without a significant digit the number is zero, and `value` is zero already
-      is_legal = first_significant == 0
-      if (is_legal) return
-      power = exponent + merge(point - first_significant - 1, point - first_significant, first_significant < point)
-      is_legal = abs(power) <= max_exponent .and. len(text) <= max_characters
-      if (.not. is_legal) then
-         if (.not. present(reason)) return
-         if (power < -max_exponent) reason = 'must be 0, or at least 1e-'//to_text(max_exponent)//' in size'
-         if (abs(power) <= max_exponent) reason = 'must be written with at most '//to_text(max_characters) &
-            //' characters'
-         return
-      end if
+         ! power of ten of the first significant digit, for the check of the range
+         first_significant = verify(mantissa, '0.')
+         ! without a significant digit the number is zero, and `value` is zero already
+         is_legal = first_significant == 0
+         if (is_legal) return
+         power = exponent + merge(point - first_significant - 1, point - first_significant, first_significant < point)
+         is_legal = abs(power) <= max_exponent .and. len(text) <= max_characters
+         if (.not. is_legal) then
+            if (.not. present(reason)) return
+            if (power < -max_exponent) reason = 'must be 0, or at least 1e-'//to_text(max_exponent)//' in size'
+            if (abs(power) <= max_exponent) reason = 'must be written with at most '//to_text(max_characters) &
+               //' characters'
+            return
+         end if
+      end associate
       buffer = text
       read (buffer, '(bn, f100.0)') value
    end subroutine read_real

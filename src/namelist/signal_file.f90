@@ -1,20 +1,25 @@
-!> A measured signal in a text file as instruments write it: columns between semicolons, tabs, commas or blanks, a
-!> header of any length, units in a line of their own or after the names of the columns, a point or a comma before
-!> decimals, and perhaps a column with the noise of the values.
+!> A table of numbers in a text file, which is a measured signal or the course of a load, as instruments write it:
+!> columns between semicolons, tabs, commas or blanks, a header of any length, units in a line of their own or after the
+!> names of the columns, a point or a comma before decimals, and perhaps a column with the noise of the values.
 module signal_file
    use file_system, only: load_text
    use kinds, only: wp
-   use name_types, only: number_range, range_text
-   use namelist_tokens, only: normalise_lines
+   use name_types, only: range_t, contains_value, range_text
+   use namelist_tokens, only: lower_case, normalise_lines
    use namelist_values, only: read_real
    use number_text, only: list_of_numbers, to_text
    use printable_text, only: occurrences, excerpt
+   use signal_units, only: split_unit, unit_ratio
    implicit none (type, external)
    private
-   public :: signal_t, read_signal, unit_ratio
+   public :: signal_t, read_signal
 
    integer, parameter :: max_unit_length = 32
    character, parameter :: tab = achar(9)
+   !> Characters between numbers
+   character(*), parameter :: separators = ' ,;'//tab
+   !> Characters that begin a comment after a number
+   character(*), parameter :: marks = '#!'
    !> Maximum number of a line of the header that is not a comment.
    integer, parameter :: max_header = 200
 
@@ -42,10 +47,14 @@ module signal_file
 contains
 
    !> Read two or three columns of a file.
-   subroutine read_signal(file, columns, signal, problem)
+   subroutine read_signal(file, columns, range, are_all, signal, problem)
       character(*), intent(in) :: file
       !> Columns of the time, of the value and, if requested, of the standard deviation of its noise
       integer, intent(in) :: columns(:)
+      !> Allowed numbers
+      type(range_t), intent(in) :: range
+      !> Whether the file must have no other columns. Of the units in comments, only those of time then count
+      logical, intent(in) :: are_all
       type(signal_t), intent(out) :: signal
       !> Error message with file and line; unallocated: no error
       character(:), allocatable, intent(out) :: problem
@@ -78,11 +87,10 @@ contains
          ! each line ends with a new line (`normalise_lines`)
          last = first + index(text(first:), new_line('a')) - 2
          associate (row => text(first:last))
-            ! neither empty nor a comment, which has its mark in the first column
-            if (verify(row, ' '//tab//';,') > 0 .and. scan(row(:min(1, len(row))), '#!%') == 0) then
-               if (.not. has_layout) call find_layout(row, columns, layout, has_layout)
+            if (has_words(row)) then
+               if (.not. has_layout) call find_layout(row, columns, are_all, layout, has_layout)
                if (has_layout) then
-                  call read_row(row, layout, columns, numbers(:, rows + 1), reason)
+                  call read_row(row, layout, columns, range, are_all, numbers(:, rows + 1), reason)
                   if (.not. allocated(reason) .and. rows > 0) then
                      if (numbers(1, rows + 1) <= numbers(1, rows)) reason = 'times must ascend, but ' &
                         //to_text(numbers(1, rows + 1))//' follows '//to_text(numbers(1, rows))
@@ -93,11 +101,11 @@ contains
                         //', the noise, must be greater than 0'
                   end if
                else
-                  call read_header(row, columns, signal)
+                  call read_header(row, columns, are_all, signal)
                   if (line > max_header) reason = 'no line before has numbers in columns '//list_of_numbers(columns)
                end if
             else if (.not. has_layout) then
-               call read_header(row, columns, signal)
+               call read_header(row, columns, are_all, signal)
             end if
          end associate
          if (allocated(reason)) then
@@ -112,10 +120,24 @@ contains
       if (size(columns) > 2) allocate (signal%noise, source=numbers(3, :rows))
    end subroutine read_signal
 
-   !> Find the layout with which a line has numbers in all columns, if there is one.
-   pure subroutine find_layout(row, columns, layout, is_found)
+   !> Whether a line has more than separators and a comment.
+   pure logical function has_words(row)
+      character(*), intent(in) :: row
+
+      integer :: first
+
+      first = verify(row, separators)
+      has_words = first > 0
+      if (has_words) has_words = scan(row(first:first), marks//'%') == 0
+   end function has_words
+
+   !> Find the layout with which a line has numbers in all columns, if there is one. A line of numbers of which one is
+   !> not allowed, such as nan, or missing, has a layout too, so that the line is not taken for a part of the header.
+   pure subroutine find_layout(row, columns, are_all, layout, is_found)
       character(*), intent(in) :: row
       integer, intent(in) :: columns(:)
+      !> Whether the file must have no other columns
+      logical, intent(in) :: are_all
       type(layout_t), intent(out) :: layout
       logical, intent(out) :: is_found
 
@@ -130,7 +152,7 @@ contains
          do commas = 0, 1
             if (delimiters(i) == ',' .and. commas == 1) cycle
             layout = layout_t(delimiters(i), commas == 1)
-            call read_row(row, layout, columns, numbers, reason)
+            call read_row(row, layout, columns, range_t(-huge(1.0_wp), huge(1.0_wp)), .false., numbers, reason)
             is_found = .not. allocated(reason)
             ! a line without a decimal point may be the first, with whole numbers, of a file with decimal commas
             if (is_found .and. commas == 0 .and. delimiters(i) /= ',' .and. index(row, '.') == 0) then
@@ -139,88 +161,146 @@ contains
             if (is_found) return
          end do
       end do
+      is_found = numeric_words(row) >= merge(1, size(columns), are_all)
+      layout = layout_t(',')
+      if (index(trim(adjustl(row)), ' ') > 0 .and. index(row, ', ') == 0) layout%delimiter = ' '
+      if (index(row, tab) > 0) layout%delimiter = tab
+      if (index(row, ';') > 0) layout%delimiter = ';'
+      layout%has_decimal_comma = layout%delimiter /= ',' .and. index(row, '.') == 0
    end subroutine find_layout
 
+   !> Number of words of a line, if all of them are numbers, allowed or not; 0 otherwise.
+   pure integer function numeric_words(row) result(words)
+      character(*), intent(in) :: row
+
+      character(*), parameter :: digits = '0123456789', characters = digits//'+-.eEdD'
+      character(*), parameter :: not_finite(*) = [character(8) :: 'nan', 'inf', 'infinity']
+      character(:), allocatable :: word
+      integer :: first, last, comment
+
+      comment = scan(row//marks, marks)
+      words = 0
+      last = 0
+      do
+         first = verify(row(last + 1:comment - 1), separators)
+         if (first == 0) return
+         first = last + first
+         last = first + scan(row(first:comment - 1)//' ', separators) - 2
+         word = row(first:last)
+         words = words + 1
+         if (scan(word(:1), digits//'+-.') > 0 .and. verify(word, characters) == 0) cycle
+         if (scan(word(:1), '+-') > 0) word = word(2:)
+         if (any(not_finite == lower_case(word))) cycle
+         words = 0
+         return
+      end do
+   end function numeric_words
+
    !> Read the numbers of one line.
-   pure subroutine read_row(row, layout, columns, numbers, reason)
+   pure subroutine read_row(row, layout, columns, range, are_all, numbers, reason)
       character(*), intent(in) :: row
       type(layout_t), intent(in) :: layout
       !> Numbers of the columns
       integer, intent(in) :: columns(:)
+      !> Allowed numbers
+      type(range_t), intent(in) :: range
+      !> Whether the line must have no other columns
+      logical, intent(in) :: are_all
       !> Numbers in these columns
       real(wp), intent(inout) :: numbers(:)
       !> Error message; unallocated: no error
       character(:), allocatable, intent(out) :: reason
 
-      character(:), allocatable :: cell, shown
-      integer :: i, k
+      character(:), allocatable :: cell
+      integer :: comment, i, k, last
       logical :: is_legal
 
+      ! a comment may follow a number
+      comment = scan(row, marks)
       do k = 1, size(columns)
-         cell = cell_of(row, layout%delimiter, columns(k))
+         call find_cell(row, layout%delimiter, columns(k), cell, last)
+         if (comment > 0) cell = trim(cell(:scan(cell//marks, marks) - 1))
          if (cell == '') then
             reason = 'there is no column '//to_text(columns(k))
             return
          end if
-         shown = excerpt(cell)
+         i = 0
          if (layout%has_decimal_comma) then
             i = index(cell, ',')
             ! a comma at the end separates columns, so the number is illegal with decimal commas
-            if (i > 0 .and. i < len(cell)) cell(i:i) = '.'
+            if (i == len(cell)) i = 0
+            if (i > 0) cell(i:i) = '.'
          end if
          call read_real(cell, numbers(k), is_legal, reason)
+         if (is_legal) is_legal = contains_value(range, numbers(k))
          if (is_legal) cycle
-         if (.not. allocated(reason)) reason = 'must be a number '//range_text(number_range)
-         reason = 'column '//to_text(columns(k))//', '//shown//': '//reason
+         if (i > 0) cell(i:i) = ','
+         if (.not. allocated(reason)) reason = 'must be a number '//range_text(range)
+         reason = 'column '//to_text(columns(k))//', '//excerpt(cell)//': '//reason
          return
       end do
+      if (.not. are_all) return
+      if (comment == 0) comment = len(row) + 1
+      if (verify(row(last + 1:comment - 1), separators) > 0) reason = 'must have '//to_text(size(columns)) &
+         //' columns, but has more'
    end subroutine read_row
 
-   !> Text in a column, without surrounding blanks and quotes; empty: the line does not have the column.
-   pure function cell_of(row, delimiter, column) result(cell)
+   !> Find the text in a column, without surrounding blanks and quotes; empty: the line does not have the column.
+   pure subroutine find_cell(row, delimiter, column, cell, last)
       character(*), intent(in) :: row
       !> Delimiter of columns; a blank: any number of blanks and tabs
       character, intent(in) :: delimiter
       integer, intent(in) :: column
-      character(:), allocatable :: cell
+      character(:), allocatable, intent(out) :: cell
+      !> Last position of the column in the line, if the line has it
+      integer, intent(out) :: last
 
       integer :: first, k, length
 
       first = 1
       length = 0
-      cell = ''
       do k = 1, column
          if (delimiter == ' ') then
             length = verify(row(min(first, len(row) + 1):), ' '//tab)
-            if (length == 0) return
+            if (length == 0) exit
             first = first + length - 1
-            length = scan(row(first:)//' ', ' '//tab) - 1
+            length = scan(row(first:), ' '//tab) - 1
          else
-            if (first > len(row) + 1) return
-            length = index(row(first:)//delimiter, delimiter) - 1
+            if (first > len(row) + 1) exit
+            length = index(row(first:), delimiter) - 1
          end if
+         if (length < 0) length = len(row) + 1 - first
          if (k < column) first = first + length + 1
       end do
-      cell = trim(adjustl(row(first:first + length - 1)))
+      last = min(first + length - 1, len(row))
+      length = verify(row(first:last), ' '//tab, back=.true.)
+      cell = row(first - 1 + max(1, verify(row(first:last), ' '//tab)):first - 1 + length)
       if (len(cell) < 2) return
       if (scan(cell(1:1), '"''') > 0 .and. cell(len(cell):) == cell(1:1)) cell = trim(adjustl(cell(2:len(cell) - 1)))
-   end function cell_of
+   end subroutine find_cell
 
    !> Read the units of a line of the header; a later line replaces units of an earlier line. Units stand in brackets or
    !> after ' / ' following the names of the columns, or in a line of their own. If one column of a line has a known
    !> unit without brackets, the text of the other column is a unit too, even if it is not known.
-   pure subroutine read_header(row, columns, signal)
+   pure subroutine read_header(row, columns, are_all, signal)
       character(*), intent(in) :: row
       !> Columns of the time and of the value
       integer, intent(in) :: columns(:)
+      !> Whether a comment counts only if it has a unit of time
+      logical, intent(in) :: are_all
       type(signal_t), intent(inout) :: signal
 
-      character(:), allocatable :: line, time_cell, value_cell
+      character(:), allocatable :: line, time_cell, value_cell, problem
+      character(max_unit_length) :: time_unit, value_unit
       character :: delimiter
+      real(wp) :: ratio
+      integer :: last
       logical :: time_is_bare, value_is_bare
 
+      time_unit = signal%time_unit
+      value_unit = signal%value_unit
       line = row
-      if (scan(line(:min(1, len(line))), '#!%') > 0) line = line(2:)
+      if (.not. has_words(row)) line = row(scan(row, marks//'%') + 1:)
       delimiter = ' '
       if (index(line, ',') > 0) delimiter = ','
       if (index(line, tab) > 0) delimiter = tab
@@ -231,15 +311,21 @@ contains
          time_cell = bracketed(line, columns(1))
          value_cell = bracketed(line, columns(2))
       else
-         time_cell = cell_of(line, delimiter, columns(1))
-         value_cell = cell_of(line, delimiter, columns(2))
+         call find_cell(line, delimiter, columns(1), time_cell, last)
+         call find_cell(line, delimiter, columns(2), value_cell, last)
       end if
-      call take_unit(time_cell, signal%time_unit, time_is_bare)
-      call take_unit(value_cell, signal%value_unit, value_is_bare)
+      call take_unit(time_cell, time_unit, time_is_bare)
+      call take_unit(value_cell, value_unit, value_is_bare)
       if (time_is_bare .and. .not. (value_is_bare .or. is_bracketed(value_cell))) call take_bare_unit(value_cell, &
-         signal%value_unit)
+         value_unit)
       if (value_is_bare .and. .not. (time_is_bare .or. is_bracketed(time_cell))) call take_bare_unit(time_cell, &
-         signal%time_unit)
+         time_unit)
+      if (are_all .and. .not. has_words(row)) then
+         call unit_ratio(time_unit, 's', ratio, problem)
+         if (allocated(problem)) return
+      end if
+      signal%time_unit = time_unit
+      signal%value_unit = value_unit
    end subroutine read_header
 
    !> Text in a pair of brackets of a line, with the brackets; empty: the line has fewer pairs.
@@ -309,120 +395,5 @@ contains
       if (place > 0) place = place + len(divided_by) - 1
       unit = trim(adjustl(cell(place + 1:)))
    end function bare_unit
-
-   !> Find the factor that converts numbers from one unit to another.
-   pure subroutine unit_ratio(unit, wanted, ratio, problem)
-      !> Unit of the numbers, such as 'mm/s'
-      character(*), intent(in) :: unit
-      !> The other unit, such as 'm/s'
-      character(*), intent(in) :: wanted
-      real(wp), intent(out) :: ratio
-      !> Error message if the units have different dimensions or one of them is not known; unallocated: no error
-      character(:), allocatable, intent(out) :: problem
-
-      character(:), allocatable :: base, other
-      real(wp) :: first, second
-      logical :: is_known, other_known
-
-      call split_unit(unit, base, first, is_known)
-      call split_unit(wanted, other, second, other_known)
-      ratio = first/second
-      if (.not. (is_known .and. other_known)) then
-         problem = 'unit '//excerpt(trim(unit))//' is not known; it must be '//trim(wanted)//', or that with a prefix'
-      else if (base /= other) then
-         problem = 'unit '//excerpt(trim(unit))//' must be '//trim(wanted)//', or that with a prefix'
-      end if
-   end subroutine unit_ratio
-
-   !> Split a unit into a factor and a unit without prefixes: 'mm/s' into 0.001 and 'm/s'.
-   pure subroutine split_unit(unit, base, factor, is_known)
-      character(*), intent(in) :: unit
-      character(:), allocatable, intent(out) :: base
-      real(wp), intent(out) :: factor
-      logical, intent(out) :: is_known
-
-      character(:), allocatable :: part
-      real(wp) :: size_of
-      integer :: first, last, k
-
-      factor = 1.0_wp
-      is_known = len_trim(unit) > 0
-      if (unit == 'g') then
-         ! standard gravity
-         base = 'm/s^2'
-         factor = 9.80665_wp
-         return
-      end if
-      base = ''
-      first = 1
-      k = 0
-      do while (first <= len_trim(unit) .and. is_known)
-         last = first + index(trim(unit(first:))//'/', '/') - 2
-         part = with_caret(trim(adjustl(unit(first:last))))
-         call split_prefix(part, size_of, is_known)
-         k = k + 1
-         if (k == 1) then
-            factor = size_of
-            base = part
-         else
-            ! ms^2 is (ms)^2
-            if (index(part, '^2') > 0) size_of = size_of**2
-            factor = factor/size_of
-            base = base//'/'//part
-         end if
-         first = last + 2
-      end do
-      if (base == 'm/s/s') base = 'm/s^2'
-   end subroutine split_unit
-
-   !> A unit with its square as '^2', which files may also have as '2', '**2' or a superscript 2 (in UTF-8 or Latin-1).
-   pure function with_caret(unit) result(part)
-      character(*), intent(in) :: unit
-      character(:), allocatable :: part
-
-      character(*), parameter :: squares(5) = [character(3) :: '^2', '**2', char(194)//char(178), char(178), '2']
-      integer :: i, last
-
-      part = unit
-      do i = 1, size(squares)
-         last = len(unit) - len_trim(squares(i))
-         if (last < 1) cycle
-         if (unit(last + 1:) /= squares(i)) cycle
-         part = unit(:last)//'^2'
-         return
-      end do
-   end function with_caret
-
-   !> Split a unit without divisions into a factor and the unit without its prefix.
-   pure subroutine split_prefix(part, factor, is_known)
-      !> On entry such as 'mm'; on return such as 'm'
-      character(:), allocatable, intent(inout) :: part
-      real(wp), intent(out) :: factor
-      logical, intent(out) :: is_known
-
-      character(*), parameter :: bases(4) = [character(4) :: 'm', 's', 'N', 's^2']
-      ! other names of the second, which have no prefix
-      character(*), parameter :: seconds(3) = [character(7) :: 'sec', 'second', 'seconds']
-      ! micro: u, the micro of UTF-8 as a sign and as a Greek letter, and of Latin-1
-      character(*), parameter :: prefixes(10) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
-         char(181), 'm', 'c', 'k', 'M', 'd']
-      real(wp), parameter :: factors(10) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, &
-         1.0e-2_wp, 1.0e3_wp, 1.0e6_wp, 1.0e-1_wp]
-      integer :: i, length
-
-      factor = 1.0_wp
-      if (any(seconds == part)) part = 's'
-      is_known = any(bases == part)
-      if (is_known) return
-      do i = 1, size(prefixes)
-         length = len_trim(prefixes(i))
-         if (index(part, trim(prefixes(i))) /= 1) cycle
-         if (.not. any(bases == part(length + 1:))) cycle
-         is_known = .true.
-         factor = factors(i)
-         part = part(length + 1:)
-         return
-      end do
-   end subroutine split_prefix
 
 end module signal_file

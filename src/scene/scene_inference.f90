@@ -8,15 +8,15 @@ module scene_inference
       measure_table, measure_words
    use name_hints, only: phrase_of
    use name_table, only: table_t
-   use name_types, only: group_t, name_t, range_t
+   use name_types, only: group_t, name_t, number_range, range_t
    use number_text, only: to_text
-   use printable_text, only: excerpt
    use quantities, only: quantity_named, system_none, unit_of, units_of, units_t
    use run_settings, only: count_samples, method_exact, name_length
    use scene_input, only: scene_input_t
    use scene_sweep, only: entry_of_parameter, refuse_lost_values
    use scene_types, only: has_rigid_stops, scene_t
-   use signal_file, only: read_signal, signal_t, unit_ratio
+   use signal_file, only: read_signal, signal_t
+   use signal_units, only: convert_unit
    use sweep_names, only: find_parameters, parameter_names, parameter_of
    use sweep_settings, only: design_latin_hypercube, is_swept, parameter_t, parameter_index
    implicit none (type, external)
@@ -317,7 +317,7 @@ contains
 
       file = path_beside(scene%file, scene%fit%data)
       call read_signal(file, pack([scene%fit%time_column, scene%fit%value_column, scene%fit%noise_column], &
-         [.true., .true., scene%fit%noise_column > 0]), signal, problem)
+         [.true., .true., scene%fit%noise_column > 0]), number_range, .false., signal, problem)
       if (.not. allocated(problem)) call convert_to_results(scene, signal, file, end, problem)
       if (allocated(problem)) then
          call input%complain(group, 'data', problem)
@@ -365,12 +365,9 @@ contains
       !> Error message about the units; unallocated: no error
       character(:), allocatable, intent(out) :: problem
 
-      ! texts that dimensionless signals may have instead of units
-      character(*), parameter :: no_units(5) = [character(3) :: '', '1', '-', 'tau', 'eta']
+      character(*), parameter :: unless_none = 'the scene has none; give &scene units'
       type(units_t) :: units
-      character(:), allocatable :: quantity
-      real(wp) :: ratio
-      integer :: i
+      character(:), allocatable :: time_unit, value_unit
 
       ! the last sample of the run
       end = real(count_samples(scene%response%duration, scene%response%step), wp)*scene%response%step
@@ -379,27 +376,17 @@ contains
          if (scene%fit%observed /= observed_impacts) end = huge(1.0_wp)
          signal%time_unit = ''
       end if
-      if (scene%unit_system == 0 .or. scene%unit_system == system_none) then
-         associate (units_of_file => [character(32) :: signal%time_unit, signal%value_unit])
-            do i = 1, size(units_of_file)
-               if (.not. any(no_units == units_of_file(i))) problem = file//': has the unit '// &
-                  excerpt(trim(units_of_file(i)))//', but the scene has none; give &scene units'
-            end do
-         end associate
-         return
+      time_unit = ''
+      value_unit = ''
+      if (scene%unit_system > 0 .and. scene%unit_system /= system_none) then
+         units = units_of(scene%scales, scene%unit_system, .true.)
+         time_unit = unit_of(quantity_named('time'), units)
+         value_unit = unit_of(quantity_named(observed_table(scene%fit%observed)%quantity), units)
+         if (end < huge(1.0_wp)) end = end*units%factor(quantity_named('time'))
       end if
-      units = units_of(scene%scales, scene%unit_system, .true.)
-      quantity = observed_table(scene%fit%observed)%quantity
-      if (end < huge(1.0_wp)) end = end*units%factor(quantity_named('time'))
-      if (signal%time_unit /= '') then
-         call unit_ratio(signal%time_unit, unit_of(quantity_named('time'), units), ratio, problem)
-         if (.not. allocated(problem)) signal%time = ratio*signal%time
-      end if
-      if (signal%value_unit /= '' .and. .not. allocated(problem)) then
-         call unit_ratio(signal%value_unit, unit_of(quantity_named(quantity), units), ratio, problem)
-         if (.not. allocated(problem)) signal%value = ratio*signal%value
-         if (allocated(signal%noise)) signal%noise = ratio*signal%noise
-      end if
+      call convert_unit(signal%time_unit, time_unit, unless_none, signal%time, problem)
+      call convert_unit(signal%value_unit, value_unit, unless_none, signal%value, problem)
+      if (allocated(signal%noise)) call convert_unit(signal%value_unit, value_unit, unless_none, signal%noise, problem)
       if (allocated(problem)) problem = file//': '//problem
    end subroutine convert_to_results
 

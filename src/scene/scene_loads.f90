@@ -9,11 +9,13 @@ module scene_loads
    use name_types, only: condition_t, in_units_t, kind_text, name_t, sweep_t, duration_range, instant_range, &
       load_range, point_range, positive_range, range_t, range_text, signed_range
    use number_text, only: to_text
+   use quantities, only: system_none
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
    use scene_start, only: check_start
    use scene_types, only: scene_t
-   use time_table, only: read_time_table
+   use signal_file, only: read_signal, signal_t
+   use signal_units, only: convert_unit
    implicit none (type, external)
    private
    public :: list_forces, list_bases, resolve_loads
@@ -107,8 +109,9 @@ contains
       call table%bind(course%value, name_t('values', 'values at these instants, linear between, 0 before and after; ' &
          //'of a displacement of the base a cubic spline, constant before and after', signed_range, tabulated, &
          default='those of the file', is_optional=.true.))
-      call table%store(name_t('table', 'file with a time and a value in each line, sought beside the ' &
-         //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
+      call table%store(name_t('table', 'text file beside the scene: a column of times and a column of ' &
+         //'values, in any layout that data of &fit may have; # and ! begin comments', &
+         range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course
 
    !> List the names of all &base groups in the table, and bind them to the components of the scene.
@@ -166,7 +169,7 @@ contains
          do k = 1, size(scene%forces)
             call check_force(input, table, k, scene%forces(k))
             if (.not. input%has_problem()) call resolve_course(input, table, 'force', k, scene%scales%omega1, &
-               scene%file, scene%forces(k)%course)
+               scene%unit_system, scene%file, scene%forces(k)%course)
             if (input%has_problem()) return
          end do
       end if
@@ -174,7 +177,7 @@ contains
          do k = 1, size(scene%bases)
             call check_base(input, table, k, scene%bases(k)%base_settings_t)
             if (.not. input%has_problem()) call resolve_course(input, table, 'base', k, scene%scales%omega1, &
-               scene%file, scene%bases(k)%course)
+               scene%unit_system, scene%file, scene%bases(k)%course)
             if (input%has_problem()) return
          end do
       end if
@@ -240,7 +243,7 @@ contains
    end subroutine check_base
 
    !> Check the instants of a load, and read its table if it has one.
-   subroutine resolve_course(input, table, group, which, omega1, scene_file, course)
+   subroutine resolve_course(input, table, group, which, omega1, unit_system, scene_file, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Name of the group: 'force' or 'base'
@@ -249,13 +252,15 @@ contains
       integer, intent(in) :: which
       !> Reference circular frequency, rad per unit of time
       real(wp), intent(in) :: omega1
+      !> Index in `system_names`; 0: not given
+      integer, intent(in) :: unit_system
       character(*), intent(in) :: scene_file
       type(time_course_t), intent(inout) :: course
 
       if (course%end <= course%start) call input%complain(group, 'end end_time', &
          'it ends before it begins, at tau = '//to_text(course%start), which)
       if (course%kind /= course_table) return
-      call fetch_table(input, table, group, which, scene_file, course)
+      call fetch_table(input, table, group, which, unit_system, scene_file, course)
       if (input%has_problem()) return
       ! with amplitudes in units, the times of the table are in units too
       if (input%has(group, 'amplitude', which)) course%time(:) = course%time*omega1
@@ -263,17 +268,20 @@ contains
    end subroutine resolve_course
 
    !> Read the times and values of a table from its file, if the file is given.
-   subroutine fetch_table(input, table, group, which, scene_file, course)
+   subroutine fetch_table(input, table, group, which, unit_system, scene_file, course)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
       !> Name of the group: 'force' or 'base'
       character(*), intent(in) :: group
       !> Number of the group
       integer, intent(in) :: which
+      !> Index in `system_names`; 0: not given
+      integer, intent(in) :: unit_system
       character(*), intent(in) :: scene_file
       type(time_course_t), intent(inout) :: course
 
-      character(:), allocatable :: file, problem
+      type(signal_t) :: signal
+      character(:), allocatable :: file, problem, time_unit
 
       if (.not. table%has(group, 'table', which)) then
          if (allocated(course%time) .and. .not. allocated(course%value)) then
@@ -290,8 +298,22 @@ contains
          return
       end if
       file = path_beside(scene_file, table%entries(table%find(table%find_group(group, which), 'table'))%text)
-      call read_time_table(file, course%time, course%value, problem)
-      if (allocated(problem)) call input%complain(group, 'table', problem, which)
+      call read_signal(file, [1, 2], signed_range, .true., signal, problem)
+      if (.not. allocated(problem)) then
+         time_unit = ''
+         if (input%has(group, 'amplitude', which) .and. unit_system > 0 .and. unit_system /= system_none) then
+            time_unit = 's'
+         end if
+         call convert_unit(signal%time_unit, time_unit, 'its times are in tau or without a unit; give &scene units ' &
+            //'and amplitude', signal%time, problem)
+         if (allocated(problem)) problem = file//': '//problem
+      end if
+      if (allocated(problem)) then
+         call input%complain(group, 'table', problem, which)
+         return
+      end if
+      call move_alloc(signal%time, course%time)
+      call move_alloc(signal%value, course%value)
    end subroutine fetch_table
 
    !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
