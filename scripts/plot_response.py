@@ -151,8 +151,9 @@ class Response:
         kinds = [names[kind - 1] in IMPACTS for kind in events["kind"]]
         if self.shown is not None:
             kinds = [is_impact and surface == self.shown + 1 for is_impact, surface in zip(kinds, events["surface"])]
-        rows = zip(kinds, self.values(events, "tau"), self.values(events, "eta"))
-        return [(tau, eta) for is_impact, tau, eta in rows if is_impact]
+        rows = zip(kinds, self.values(events, "tau"), self.values(events, "eta"), events["velocity_before"])
+        # a contact that is closed at rest at the start is no impact
+        return [(tau, eta) for is_impact, tau, eta, velocity in rows if is_impact and (tau > 0 or velocity != 0)]
 
     def read_contacts(self, measures):
         """Begin and end of each contact."""

@@ -13,7 +13,7 @@ module fit_model
    use measure_list, only: peak_count
    use motion_run, only: set_store_t
    use quantities, only: quantity_named, units_t, units_in
-   use response_types, only: event_contact, event_impact, response_t
+   use response_types, only: is_impact, response_t
    use run_settings, only: count_samples, output_settings_t, response_settings_t, stop_settings_t
    use scene_types, only: all_stops, scene_t
    use scene_words, only: stop_of_release
@@ -357,7 +357,7 @@ contains
          allocate (features(0))
          if (response%event_count > 0) then
             associate (events => response%events(:response%event_count))
-               features = pack(events%tau, events%kind == event_impact .or. events%kind == event_contact)
+               features = pack(events%tau, is_impact(events))
             end associate
          end if
          found = end

@@ -9,8 +9,8 @@ module closing_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, output_row_t, peak_t
-   use response_types, only: closing_measures_t, event_impact, is_contact_end, is_contact_start, &
-      response_t
+   use response_types, only: closing_measures_t, event_impact, is_closed_start, is_contact_end, &
+      is_contact_start, response_t
    use run_measures, only: accumulator_t, comes_to_rest
    use run_settings, only: relay_settings_t
    use signal_peaks, only: extreme_search_t
@@ -219,8 +219,7 @@ contains
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%contact /= number) cycle
-            if (.not. has_closed) is_initial = is_contact_start(event%kind) .and. .not. event%tau > 0.0_wp &
-               .and. .not. abs(event%velocity_before) > 0.0_wp
+            if (.not. has_closed) is_initial = is_closed_start(event)
             if (event%kind == event_impact .or. is_contact_start(event%kind)) call close_at(event%tau)
             if (event%kind /= event_impact .and. .not. is_contact_end(event%kind)) cycle
             is_closed = .false.

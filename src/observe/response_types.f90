@@ -20,7 +20,7 @@ module response_types
       moment_window_t, &
       append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
-   public :: is_contact_start, is_contact_end, balance_error
+   public :: is_contact_start, is_contact_end, is_closed_start, is_impact, balance_error
    public :: mode_check_t, run_measures_t, closing_measures_t, settling_level, settled_energy
 
    !> Rigid stop (model A): the beam hits the stop and rebounds.
@@ -416,6 +416,22 @@ contains
 
       starts = kind == event_capture .or. kind == event_contact
    end function is_contact_start
+
+   !> Whether an event is the beginning of a contact that is closed at rest at the start of the run. It is no impact,
+   !> because the contact was not open before.
+   elemental logical function is_closed_start(event) result(answer)
+      type(event_t), intent(in) :: event
+
+      answer = is_contact_start(event%kind) .and. .not. event%tau > 0.0_wp .and. &
+         .not. abs(event%velocity_before) > 0.0_wp
+   end function is_closed_start
+
+   !> Whether an event is an impact on a rigid stop or the beginning of a contact with a compliant one.
+   elemental logical function is_impact(event) result(answer)
+      type(event_t), intent(in) :: event
+
+      answer = (event%kind == event_impact .or. event%kind == event_contact) .and. .not. is_closed_start(event)
+   end function is_impact
 
    !> Whether an event of this kind ends a closed contact.
    elemental logical function is_contact_end(kind) result(ends)

@@ -10,8 +10,8 @@ module run_measures
    use kinds, only: wp
    use measure_list, only: first_of_stops, first_peak, first_statistic, force_window, measure_count, measure_status, &
       measure_table, measure_tolerance, peak_count
-   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
-      settled_energy, response_t, run_measures_t
+   use response_types, only: event_capture, event_contact, event_impact, is_closed_start, is_contact_end, &
+      is_contact_start, is_impact, settled_energy, response_t, run_measures_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
    use sorting, only: ascending_order
    implicit none (type, external)
@@ -287,8 +287,8 @@ contains
             if (response%events(i)%contact /= contact) cycle
          end if
          associate (event => response%events(i))
-            if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
-            if (.not. measures%has_hit_stop .and. is_arrival(event%kind)) then
+            if (is_impact(event)) measures%impacts = measures%impacts + 1
+            if (.not. (measures%has_hit_stop .or. is_closed_start(event)) .and. is_arrival(event%kind)) then
                measures%has_hit_stop = .true.
                measures%first_impact_tau = event%tau
                measures%first_impact_velocity = event%velocity_before

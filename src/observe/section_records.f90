@@ -5,7 +5,7 @@ module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, output_row_t
-   use response_types, only: event_contact, event_impact, response_t
+   use response_types, only: is_impact, response_t
    use run_settings, only: run_settings_t
    use section_types, only: run_sections_t
    implicit none (type, external)
@@ -131,7 +131,7 @@ contains
       k = 1
       do i = 1, response%event_count
          associate (event => response%events(i))
-            if (event%kind /= event_impact .and. event%kind /= event_contact) cycle
+            if (.not. is_impact(event)) cycle
             do while (k <= sections%count)
                if (event%tau <= sections%tau(k)) exit
                k = k + 1

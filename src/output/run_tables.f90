@@ -177,8 +177,6 @@ contains
          window = ''
          if (i == measure_mean_force) window = phrase(units, ' over the first ', 'time', force_window) &
             //words_in(units, '{ of tau~}')//' of an episode'
-         if (measure_table(i)%name == 'first_impact_time' .and. measures%has_hit_stop .and. &
-            measures%first_impact_tau <= 0.0_wp) window = ', in contact at the start'
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
             //window)

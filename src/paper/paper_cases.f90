@@ -13,7 +13,7 @@ module paper_cases
    use kinds, only: pi, wp
    use mass_choice, only: is_redistribution_more_accurate
    use motion_run, only: run_motion
-   use response_types, only: event_contact, event_impact, response_t, run_measures_t
+   use response_types, only: is_impact, response_t, run_measures_t
    use run_settings, only: output_settings_t, run_settings_t, impulse_momentum, impulse_nodal, law_restitution, &
       law_three_element, method_exact, method_newmark, stop_settings_t
    use skyline_matrix, only: multiply
@@ -286,7 +286,7 @@ contains
             if (event%tau <= outcome%peak_tau(main)) then
                rebound_start = event%tau
                outcome%lost_before_peak = outcome%lost_before_peak + max(0.0_wp, -event%energy_change)/initial_energy
-            else if (event%kind == event_impact .or. event%kind == event_contact) then
+            else if (is_impact(event)) then
                outcome%later_velocity = max(outcome%later_velocity, -event%velocity_before)
             end if
          end associate

@@ -14,7 +14,7 @@ module section_map
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
-   use response_types, only: event_contact, event_impact, mode_check_t, response_t
+   use response_types, only: is_impact, mode_check_t, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_contacts, only: contact_t, contacts_of, shape_of_contact
@@ -324,9 +324,7 @@ contains
       end associate
       deallocate (result%end%tangent)
       if (result%response%event_count == 0) return
-      associate (kind => result%response%events(:result%response%event_count)%kind)
-         result%impacts = count(kind == event_impact .or. kind == event_contact)
-      end associate
+      result%impacts = count(is_impact(result%response%events(:result%response%event_count)))
    end subroutine evaluate_map
 
    !> Unknowns of a state: modal displacements and velocities, and the forces P2 of the branches.

@@ -78,13 +78,13 @@ module measure_list
    !> All measures, in the order of rows and results files.
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
-      measure_t('impacts', 'impacts', 'impacts on rigid stops, contacts with compliant ones', 'number', .true., &
-      'impacts', is_of_contact=.true.), &
+      measure_t('impacts', 'impacts', 'impacts on rigid stops, contacts with compliant ones, without one ' &
+      //'that is closed at the start', 'number', .true., 'impacts', is_of_contact=.true.), &
       measure_t('contacts', '', 'contacts of finite duration', 'number', .true., 'contacts', is_of_contact=.true.), &
       measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
       .true.), &
-      measure_t('first_impact_time', 'first_impact_time', 'instant of the first contact with the stop', 'time', &
-      .false., 'first impact', 'at {tau~t} =', is_of_contact=.true.), &
+      measure_t('first_impact_time', 'first_impact_time', 'instant at which an open contact first closes', &
+      'time', .false., 'first impact', 'at {tau~t} =', is_of_contact=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', &
       '{d eta/d tau~velocity} at the stop point before it, upwards', 'velocity', .false., 'velocity before it', &
       is_of_contact=.true.), &
