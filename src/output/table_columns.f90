@@ -261,20 +261,24 @@ contains
       end if
    end function rows_of
 
-   !> A heading. A long heading of one line is broken at the blank that makes the longer of two lines shortest.
+   !> A heading. A long heading of one line is broken at the blank that makes the longer of two lines shortest, but
+   !> neither before a sign such as % nor before or in the unit after the last comma.
    pure function broken_heading(name, width) result(heading)
       character(*), intent(in) :: name
       !> Maximum length of a heading that is not broken
       integer, intent(in) :: width
       character(:), allocatable :: heading
 
-      integer :: i, place
+      integer :: i, last, place
 
       heading = name
       if (index(heading, line_end) > 0 .or. character_count(heading) <= width) return
+      last = index(heading, ', ', back=.true.)
+      if (last == 0) last = len(heading)
       place = 0
-      do i = 1, len(heading)
-         if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
+      do i = 1, last - 1
+         if (heading(i:i) /= ' ' .or. scan(heading(i + 1:i + 1), '%=+') > 0) cycle
+         if (max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
       end do
       if (place > 0) heading(place:place) = line_end
    end function broken_heading
