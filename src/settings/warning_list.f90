@@ -6,7 +6,7 @@ module warning_list
    public :: warning_thick_beam, warning_first_frequency, warning_position_ratio, warning_dimensionless_time, &
       warning_identical_stops, warning_default_start
    public :: warning_youngs_modulus, warning_former_name, warning_large_slope, warning_over_strength
-   public :: warning_uncounted_cycles, warning_table_end, warning_stress_start, warning_settling
+   public :: warning_uncounted_cycles, warning_table_end, warning_stress_start, warning_settling, warning_impacts
 
    !> Indices of the warnings in `warning_names`. The beam is so thick that shear, which the theory neglects, is not
    !> small.
@@ -38,10 +38,12 @@ module warning_list
    integer, parameter :: warning_stress_start = 13
    !> The run ends so soon after the settling time that the beam may exceed the settling level again.
    integer, parameter :: warning_settling = 14
+   !> The statistics of a contact count so many impacts that these are the parts of a few closings.
+   integer, parameter :: warning_impacts = 15
    !> Names by which users see and silence (`silent_warnings` of &scene) the warnings.
-   character(*), parameter :: warning_names(14) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
+   character(*), parameter :: warning_names(15) = [character(16) :: 'height', 'first_frequency', 'position', 'tau', &
       'identical_stops', 'start', 'youngs_modulus', 'former_name', 'slope', &
-      'strength', 'cycles', 'table_end', 'stress_start', 'settling']
+      'strength', 'cycles', 'table_end', 'stress_start', 'settling', 'impacts']
 
    !> A warning about a scene.
    type :: warning_t

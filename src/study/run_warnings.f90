@@ -1,6 +1,6 @@
 !> Warnings about the results of a run: deflections beyond the linear theory, stresses beyond the strength, stresses
-!> without a limit on finer meshes, stress cycles that are counted in a part of the run only, and a run that ends soon
-!> after its settling time.
+!> without a limit on finer meshes, stress cycles that are counted in a part of the run only, a run that ends soon after
+!> its settling time, and impacts that are parts of a closing.
 module run_warnings
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use beam_model, only: beam_model_t
@@ -9,7 +9,8 @@ module run_warnings
    use history_list, only: eta_tip
    use kinds, only: lambda1, pi, wp
    use load_settings, only: field_mode, start_drop, start_velocity
-   use number_text, only: rounded
+   use measure_list, only: first_statistic, measure_named
+   use number_text, only: rounded, to_text
    use quantities, only: quantity_named, units_of, units_t, units_in
    use reader_units, only: phrase, with_unit, unit_in
    use response_types, only: response_t
@@ -18,22 +19,25 @@ module run_warnings
    use scene_types, only: all_stops, scene_t, solver_auto
    use scene_warnings, only: add_warning
    use scene_words, only: stop_of_release
-   use warning_list, only: warning_large_slope, warning_over_strength, warning_settling, warning_stress_start, &
-      warning_uncounted_cycles
+   use warning_list, only: warning_impacts, warning_large_slope, warning_over_strength, warning_settling, &
+      warning_stress_start, warning_uncounted_cycles
    implicit none (type, external)
    private
    public :: warn_of_run, ends_unsettled, half_period_of
 
    !> Slope beyond which deflections are not small.
    real(wp), parameter :: max_slope = 0.2_wp
+   !> Mean number of impacts at a contact in a period of the first mode beyond which they are parts of closings.
+   real(wp), parameter :: max_impacts = 50.0_wp
    !> Slope at the tip over the ratio of displacement to length, for a cantilever bent by a force at its tip: F L^2/(2 E
    !> I) over F L^2/(3 E I).
    real(wp), parameter :: slope_ratio = 1.5_wp
 
 contains
 
-   !> Add warnings to a scene: of cycles that are not counted, of stresses that depend on the mesh and of a settling
-   !> time close to the end; in units, of a slope that is not small, and of a stress beyond the strength.
+   !> Add warnings to a scene: of cycles that are not counted, of stresses that depend on the mesh, of a settling time
+   !> close to the end and of impacts that are parts of closings; in units, of a slope that is not small, and of a
+   !> stress beyond the strength.
    subroutine warn_of_run(scene, response)
       type(scene_t), intent(inout) :: scene
       !> The run of the scene
@@ -41,7 +45,7 @@ contains
 
       type(stop_settings_t), allocatable :: stops(:)
       type(units_t) :: units
-      real(wp) :: height, slope, stress
+      real(wp) :: height, impacts, slope, stress
       integer :: p
 
       if (.not. allocated(scene%warnings)) return
@@ -62,6 +66,10 @@ contains
       if (run_ends_unsettled(scene, response)) call add_warning(scene, warning_settling, 'the run ends less than ' &
          //'half a period of the first frequency after the settling time: the beam may leave the stop again; a ' &
          //'longer run shows it')
+      impacts = impacts_of_period(scene, response)
+      if (impacts > max_impacts) call add_warning(scene, warning_impacts, 'a contact has '//to_text(nint(impacts)) &
+         //' impacts in a period of the first frequency, on average: a closing consists of several impacts, which ' &
+         //'rest_time of &statistics counts as one')
       if (scene%scales%displacement <= 0.0_wp) return
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface of the stop of the release, at the height of the preload below the beam,
@@ -87,6 +95,20 @@ contains
          //with_unit(stress, unit_in(units, 'stress'))//', is beyond the strength of ' &
          //with_unit(scene%stress%strength, unit_in(units, 'stress')))
    end subroutine warn_of_run
+
+   !> Mean number of impacts in a period of the first mode, the maximum of all contacts, if statistics count each impact
+   !> as one; 0 otherwise.
+   real(wp) function impacts_of_period(scene, response) result(impacts)
+      type(scene_t), intent(in) :: scene
+      !> The run of the scene
+      type(response_t), intent(in) :: response
+
+      impacts = 0.0_wp
+      if (.not. allocated(response%statistics) .or. scene%statistics%rest > 0.0_wp) return
+      associate (rates => response%statistics%value(measure_named('impact_rate') - first_statistic + 1, 1:))
+         if (any(rates > 0.0_wp)) impacts = 2.0_wp*half_period_of(scene)*maxval(rates, mask=rates > 0.0_wp)
+      end associate
+   end function impacts_of_period
 
    !> Whether a run with a stop ends so soon after its settling time that the settling time is uncertain.
    logical function run_ends_unsettled(scene, response) result(answer)
