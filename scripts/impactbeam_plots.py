@@ -304,6 +304,22 @@ def quantity(value, unit):
     return round_number(value) + ("" if unit in ("", OF_SCENE) else f"\u00a0{unit}")
 
 
+class Along:
+    """Positions along the beam, given over its length, as they are read: $x$ in units, $x/L$ where lengths have no unit."""
+
+    def __init__(self, file, unit):
+        factor, self.unit = reading(float(file["scene/scales"].attrs["length"]), unit)
+        self.length = factor * float(file["scene/scales"].attrs["length"]) if unit else 1.0
+
+    def label(self):
+        """Of an axis."""
+        return with_unit("$x$", self.unit) if self.unit else "$x/L$"
+
+    def place(self, position):
+        """A position in words."""
+        return f"$x$ = {quantity(position * self.length, self.unit)}" if self.unit else f"$x/L$ = {position:g}"
+
+
 WRITTEN = set()
 
 

@@ -41,8 +41,7 @@ class Table:
                 node, value, slope = (plots.values_of(group["shapes"], name, "dimensionless") for name in ("x", "displacement", "slope"))
                 self.x = plot_scene.within_elements(node)
                 self.shape = plot_scene.cubics(node, self.x, value, slope)
-                factor, self.x_unit = plots.reading(group["shapes/x"][-1], plots.unit_of(group["shapes"], "x"))
-                self.x = factor * group["shapes/x"][-1] * self.x
+                self.along = plots.Along(file, plots.unit_of(group["shapes"], "x"))
 
 
 def draw_columns(axes, table, values):
@@ -63,7 +62,7 @@ def draw_columns(axes, table, values):
 def draw_shapes(axes, table):
     """The shapes of the modes of the first mesh, one over the other, each named by its frequency."""
     for number, shape in enumerate(table.shape):
-        axes.plot(table.x, 0.42 * shape / abs(shape).max() - number, color="black", linewidth=0.9)
+        axes.plot(table.along.length * table.x, 0.42 * shape / abs(shape).max() - number, color="black", linewidth=0.9)
         axes.axhline(-number, color="#c0c0c0", linewidth=0.5, zorder=0)
         factor, unit = plots.reading(table.frequency[number, 0], table.unit)
         words = plots.quantity(factor * table.frequency[number, 0], unit)
@@ -72,8 +71,8 @@ def draw_shapes(axes, table):
     axes.set_yticks(range(0, -len(table.shape), -1), [str(mode) for mode in table.mode[:len(table.shape)]])
     axes.tick_params(axis="y", which="both", length=0)
     axes.yaxis.set_minor_locator(ticker.NullLocator())
-    axes.set_xlim(0.0, table.x[-1])
-    axes.set_xlabel(plots.with_unit("$x$" if table.x_unit else "$x/L$", table.x_unit))
+    axes.set_xlim(0.0, table.along.length)
+    axes.set_xlabel(table.along.label())
     axes.set_ylabel("mode shape")
 
 

@@ -72,6 +72,7 @@ class Response:
             self.wanted = wanted
             # without a stop, displacements count from the unstressed beam
             self.has_stop = "stop" in file["scene"]
+            self.along = plots.Along(file, plots.unit_of(file["mesh"], "x", wanted))
             recorded = [name for name in RECORDS if plots.has(group, name)]
             of_places = [name for name in OF_PLACES if "stress" in file and plots.has(file["stress"], name)]
             if not recorded and not of_places:
@@ -203,7 +204,7 @@ class Response:
         stops = len({surface.stop for surface in self.surfaces})
         if stops < 2 or self.shown is None:
             return ""
-        return f"at stop {self.surfaces[self.shown].stop} of {stops}, $x/L$ = {self.surfaces[self.shown].position:g}"
+        return f"at stop {self.surfaces[self.shown].stop} of {stops}, {self.along.place(self.surfaces[self.shown].position)}"
 
     def signs(self):
         """How many kinds of curves and marks its panel has."""
@@ -326,7 +327,7 @@ def draw_point(axes, surfaces, response):
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
     stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
     axes.set_ylabel(plots.with_unit(f"$y$ at stop {stops}", response.units.get("displacement", ""))
-                    + f"\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
+                    + f"\n({response.along.place(surfaces[0].position)})", fontsize=9)
     set_ticks(axes.yaxis, 4)
     axes.ticklabel_format(axis="y", style="plain")
 
@@ -351,8 +352,8 @@ def draw_body(axes, body, response):
                                       label=base.name.split()[-1]))
     if axes.patches:
         handles.append(patches.Patch(facecolor=plots.CONTACT, label="contact"))
-    axes.set_ylabel(plots.with_unit("displacement", response.units.get("displacement", "")) + f"\n($x/L$ = {body.position:g})",
-                    fontsize=9)
+    axes.set_ylabel(plots.with_unit("displacement", response.units.get("displacement", ""))
+                    + f"\n({response.along.place(body.position)})", fontsize=9)
     set_ticks(axes.yaxis, 5)
     put_small_legend_above(axes, handles)
 
@@ -361,11 +362,11 @@ def draw_sides(axes, response, panel, shown):
     """Velocity at each point and of each body, or force of each side on the beam or on a body, upwards positive."""
     if panel == "velocity":
         points = {surface.position: surface for surface in shown if surface.body == 0}
-        curves = [(f"$x/L$ = {place:g}", surface.histories["velocity"]) for place, surface in points.items()]
+        curves = [(response.along.place(place), surface.histories["velocity"]) for place, surface in points.items()]
         for body in response.bodies:
             face = next(surface for surface in response.surfaces if surface.body == body.number)
             if body.position not in points:
-                curves.append((f"beam at $x/L$ = {body.position:g}", face.histories["velocity"] + body.histories["velocity"]))
+                curves.append((f"beam at {response.along.place(body.position)}", face.histories["velocity"] + body.histories["velocity"]))
             curves.append((f"body {body.number}", body.histories["velocity"]))
     else:
         curves = [(surface.name, surface.side * surface.histories["force"]) for surface in shown if surface.histories["force"].any()]
@@ -379,7 +380,7 @@ def draw_sides(axes, response, panel, shown):
 def draw_places(axes, response, panel):
     """Moment or stress at each place that was asked for."""
     for number, (place, values) in enumerate(zip(response.places, response.of_places[panel])):
-        plots.draw_history(axes, response.tau, values, f"$x/L$ = {place:g}", linewidth=0.8,
+        plots.draw_history(axes, response.tau, values, response.along.place(place), linewidth=0.8,
                            color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
     put_small_legend_above(axes)
 

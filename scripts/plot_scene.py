@@ -94,7 +94,7 @@ class Scene:
             # times stay without units, and are shown in them
             self.factor, self.unit_text, self.time_factor, self.time_text = 1.0, "", 1.0, ""
             self.time_scale, self.time_unit = 1.0, ""
-            self.x_length, self.x_unit = 1.0, ""
+            self.along = plots.Along(file, plots.unit_of(file["mesh"], "x"))
             if "units" in file.attrs and self.is_known:
                 self.take_units(file, 1.0 / float(scales["omega1"]))
             self.read_surfaces(file)
@@ -109,8 +109,6 @@ class Scene:
         """Displacements and times as they are read."""
         heights = abs(file["surfaces/height"][()]) if "surfaces" in file else numpy.zeros(1)
         self.factor, self.unit_text = plots.reading(max(self.unit, heights.max()), plots.unit_of(file["mesh"], "x"))
-        factor, self.x_unit = plots.reading(self.length, plots.unit_of(file["mesh"], "x"))
-        self.x_length = factor * self.length
         self.time_scale, self.time_unit = time, "s" if self.unit_text != plots.OF_SCENE else plots.OF_SCENE
         factor, self.time_text = plots.reading(20.0 * time, "s" if self.unit_text != plots.OF_SCENE else plots.OF_SCENE)
         self.time_factor = time * factor
@@ -130,15 +128,12 @@ class Scene:
 
     def label_length(self, axes):
         """Ticks and label along the beam."""
-        ticks = ticker.MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, self.x_length)
-        ticks = ticks[(ticks >= 0.0) & (ticks <= 1.001 * self.x_length)]
-        axes.set_xticks(ticks / self.x_length, [f"{value:g}" for value in ticks])
+        length = self.along.length
+        ticks = ticker.MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, length)
+        ticks = ticks[(ticks >= 0.0) & (ticks <= 1.001 * length)]
+        axes.set_xticks(ticks / length, [f"{value:g}" for value in ticks])
         axes.xaxis.set_minor_locator(ticker.AutoMinorLocator())
-        axes.set_xlabel(plots.with_unit("$x$", self.x_unit) if self.x_unit else "$x/L$")
-
-    def place(self, position):
-        """A position along the beam in words."""
-        return f"$x$ = {plots.quantity(position * self.x_length, self.x_unit)}" if self.x_unit else f"$x/L$ = {position:g}"
+        axes.set_xlabel(self.along.label())
 
     def displacement_label(self, words="displacement $y$"):
         """Of an axis."""
@@ -423,18 +418,18 @@ def list_of(scene):
         sides = [surface for surface in scene.surfaces if surface.stop == stop]
         places = " and ".join(f"{'below' if side.side > 0 else 'above'} the beam at $y$ = "
                               f"{plots.quantity(side.height, scene.unit_text)}" for side in sides)
-        lines.append(f"stop {stop}: {scene.place(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
+        lines.append(f"stop {stop}: {scene.along.place(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
     for body in scene.bodies:
         places = " and ".join(f"{'below' if side > 0 else 'above'} the beam at $y$ = "
                               f"{plots.quantity(height + body.start(), scene.unit_text)}" for side, height in body.faces)
         bases = "".join(f", {'floor' if side > 0 else 'ceiling'} {plots.quantity(abs(height), scene.unit_text)} "
                         f"{'below' if side > 0 else 'above'} $z$ = 0" for side, height in body.bases)
-        lines.append(f"body {body.number}: {scene.place(body.position)}, {places}; contact: {LAWS[body.law]}{bases}")
+        lines.append(f"body {body.number}: {scene.along.place(body.position)}, {places}; contact: {LAWS[body.law]}{bases}")
     for support in scene.supports:
         kind = f"spring, ratio {plots.round_number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
-        lines.append(f"support: {scene.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
+        lines.append(f"support: {scene.along.place(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
     for position, ratio, has_inertia in scene.masses:
-        lines.append(f"mass: {scene.place(position)}, {plots.round_number(ratio)} times that of the beam"
+        lines.append(f"mass: {scene.along.place(position)}, {plots.round_number(ratio)} times that of the beam"
                      + (", with rotary inertia" if has_inertia else ""))
     return lines
 
@@ -498,7 +493,7 @@ def animate(scene, path):
         colour = plots.COLOURS[number_of_point % len(plots.COLOURS)]
         y = surface.eta + surface.height
         below.plot(time, y, color=colour, linewidth=0.5, alpha=0.4)
-        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=scene.place(surface.position))[0], y))
+        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=scene.along.place(surface.position))[0], y))
     for surface in scene.surfaces:
         below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
     for body in scene.bodies if scene.tau is not None else []:
@@ -513,7 +508,7 @@ def animate(scene, path):
         y = y if scene.tau is None else numpy.interp(scene.tau, scene.shape_tau, y)
         below.plot(time, y, color=plots.COLOURS[0], linewidth=0.5, alpha=0.4)
         traces.append((below.plot([], [], color=plots.COLOURS[0], linewidth=1.1,
-                                  label=f"beam, {scene.place(scene.bodies[0].position)}")[0], y))
+                                  label=f"beam, {scene.along.place(scene.bodies[0].position)}")[0], y))
     below.set(xlim=(scene.time_factor * scene.shape_tau[0], scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
               ylabel=plots.with_unit(["$y$", "$y$ at the stop", "$y$ at the stops"][min(len(points), 2)], scene.unit_text))
     if len(points) > 1 or scene.bodies:
