@@ -5,6 +5,7 @@ import importlib.util
 import os
 import re
 import sys
+import textwrap
 from pathlib import Path
 
 # What the scripts need, by its package of Debian. They import this module before any of it.
@@ -23,6 +24,7 @@ except ImportError as error:
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+import matplotlib.ticker as ticker
 
 # Dark enough and different enough in grey too; the dashes tell the curves apart where colours cannot.
 COLOURS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a"]
@@ -65,6 +67,11 @@ STYLE = {
     "svg.fonttype": "path",
     "svg.hashsalt": "impactbeam",
 }
+
+
+def line_of(number):
+    """Colour and dashes of a curve; those of the seventh differ from those of the first."""
+    return {"color": COLOURS[number % len(COLOURS)], "linestyle": DASHES[(number + number // len(COLOURS)) % len(DASHES)]}
 
 
 class Unplottable(Exception):
@@ -180,9 +187,17 @@ def reading(greatest, unit):
         return 1.0, unit
     for prefix in READ_WITH[head]:
         found = factor / PREFIXES[prefix], prefix + head + tail
-        if greatest * found[0] >= (1.0 if PREFIXES[prefix] > 1.0 else 0.1):
+        if greatest * found[0] >= (0.1 if PREFIXES[prefix] <= 1.0 else 10.0 if head == "Hz" else 1.0):
             break
     return found
+
+
+def reading_of(values, unit):
+    """The same of numbers in any unit: where they stay far from 1 to 1000, a power of ten stands before the unit."""
+    size = float(numpy.max(numpy.abs(values)))
+    factor, unit = reading(size, "" if unit == "1" else unit)
+    power = 0 if 0.01 <= size * factor < 1e6 or size == 0.0 else 3 * int(numpy.floor(numpy.log10(size * factor) / 3.0))
+    return factor / 10.0**power, " ".join(filter(None, [f"$10^{{{power}}}$" if power else "", unit]))
 
 
 def with_unit(words, unit):
@@ -191,8 +206,8 @@ def with_unit(words, unit):
 
 
 def title_of(file):
-    """The heading of a scene."""
-    return as_it_is(text_of(file.attrs.get("title", "")) or Path(file.filename).stem)
+    """The heading of a scene, in lines that a picture has room for."""
+    return textwrap.fill(as_it_is(text_of(file.attrs.get("title", "")) or Path(file.filename).stem), 84)
 
 
 def legend_of_titles(axes, handles, titles, **options):
@@ -262,6 +277,15 @@ def set_ticks_together(panel, axis, columns, places=None):
     labels = [("\n" if axis == "x" else ", ").join(f"{column[case]:.4g}" for column in columns) for case in cases[chosen]]
     getattr(panel, f"set_{axis}ticks")(places[chosen], labels)
     getattr(panel, f"set_{axis}ticks")([], minor=True)
+
+
+def set_decades(axis):
+    """Plain numbers at a logarithmic axis of few decades, of less than two also at 2 and 5."""
+    low, high = axis.get_view_interval()
+    if high < min(1e4 * low, 1e8):
+        axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:.10g}"))
+        axis.set_minor_formatter(ticker.FuncFormatter(
+            lambda value, _: f"{value:.10g}" if high < 100.0 * low and f"{value:e}"[0] in "25" else ""))
 
 
 def time_of(words, unit):

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Plot spectra. Of a run: amplitude over frequency of each signal, its lines marked with the multiple of the load's
 frequency that each is (1/2, 3/2: subharmonics and what goes with them), or with --density the power spectral density and
-its 95 % interval. Of a sweep or of cases: a map of amplitudes over frequency and parameter.
+its 95 % interval. Of a sweep or of cases: a map of amplitudes over frequency and parameter. Of a file without &spectrum, or
+with --response: amplitude and phase without contacts (&frequency_response), and natural frequencies if the file has them.
 
 Plots what the results files hold and computes nothing.
 """
@@ -13,6 +14,7 @@ import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
+from matplotlib.ticker import MultipleLocator
 
 
 # Lines that have their multiple written beside them, and the share of the greatest below which a map is empty.
@@ -68,6 +70,10 @@ class Map:
             raise plots.Unplottable(f"{path}: none of its cases has a spectrum")
         if len(self.values) < 2:
             raise plots.Unplottable(f"{path}: has the spectrum of one case: a map needs two")
+        factor, unit = plots.reading(np.max(self.frequency), self.unit)
+        if self.value_unit == self.unit:
+            self.values, self.value_unit = factor*self.values, unit
+        self.frequency, self.unit = factor*self.frequency, unit
 
     def read_sweep(self, path, file, name):
         """Rows of a sweep of one parameter; of several the others stay at their first values."""
@@ -106,6 +112,29 @@ class Map:
         rows = [np.interp(self.frequency, plots.values_of(one, "omega"), one[f"amplitude_{self.name}"][()], np.nan, np.nan)
                 for one in spectra]
         self.amplitude, self.amplitude_unit = np.array(rows), plots.unit_of(spectra[0], f"amplitude_{self.name}")
+
+
+class Response:
+    """What a picture shows of the response without contacts: amplitude and phase of each point over the frequency of the loads."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "frequency_response", "&frequency_response")
+            self.title = plots.title_of(file)
+            self.frequency, self.unit = plots.values_of(group, "omega"), plots.unit_of(group, "omega")
+            self.is_logarithmic = plots.text_of(file["scene/frequency_response"].attrs["logarithmic"]) == ".true."
+            self.amplitude_unit = plots.unit_of(group, "amplitude_tip")
+            self.natural = plots.values_of(file["frequencies"], "omega")[:, 0] if "frequencies" in file else []
+            along = plots.Along(file, self.amplitude_unit)
+            curves, surface = {"tip": [group[f"{kind}_tip"][()] for kind in ("amplitude", "phase")]}, 0
+            for stop, (position, side, _) in enumerate(plots.stops_of(file["scene"])[0], 1):
+                curves[f"stop {stop}, {along.place(position)}"] = [group[f"{kind}_stop"][:, surface] for kind in ("amplitude", "phase")]
+                surface += 2 if side == "both" else 1
+            for body in range(len(group["body"]) if "body" in group else 0):
+                curves[f"body {body + 1}"] = [group[f"{kind}_body"][:, body] for kind in ("amplitude", "phase")]
+            # a stop at the tip, or at the place of another one, has the same curve, and a body without a load has none
+            self.curves = {label: curve for number, (label, curve) in enumerate(curves.items()) if label == "tip" or not any(
+                np.allclose(curve[0], other, rtol=1e-9, atol=0.0) for other in [0.0, *(one[0] for one in list(curves.values())[:number])])}
 
 
 def chosen(path, group, names):
@@ -151,22 +180,66 @@ def draw_density(axes, run, signal, factor):
                                    signal.density_unit.replace("^2", "\u00b2")))
 
 
+def say_zero(axes):
+    """Words in place of curves."""
+    axes.set_yticks([])
+    axes.text(0.5, 0.5, "zero at all frequencies", ha="center", va="center", transform=axes.transAxes)
+
+
+def label_frequency(axes, found):
+    """The axis of frequencies; returns the factor by which they are multiplied."""
+    factor, unit = plots.reading(np.max(found.frequency), found.unit)
+    axes.set_xlabel(plots.with_unit("frequency" if unit else r"frequency $\omega/\omega_1$", unit))
+    axes.set_xlim(factor*found.frequency[0], factor*found.frequency[-1])
+    return factor
+
+
+def draw_response(response):
+    """Amplitudes, and below them phases; dotted lines at natural frequencies, with the number of the mode."""
+    figure, (upper, lower) = plt.subplots(2, 1, sharex=True, layout="constrained", figsize=(plots.WIDTH, 4.8),
+                                          height_ratios=[2.0, 1.0])
+    upper.set_title(response.title, pad=14)
+    lower.set_xscale("log" if response.is_logarithmic else "linear")
+    factor = label_frequency(lower, response)
+    if response.is_logarithmic:
+        plots.set_decades(lower.xaxis)
+    scale, unit = plots.reading(max(np.max(amplitude) for amplitude, _ in response.curves.values()), response.amplitude_unit)
+    for number, (label, (amplitude, phase)) in enumerate(response.curves.items()):
+        # an amplitude of 0 has no place on a logarithmic axis, and no phase
+        there = np.where(amplitude > 0.0, 1.0, np.nan)
+        upper.plot(factor*response.frequency, there*scale*amplitude, label=label, **plots.line_of(number))
+        lower.plot(factor*response.frequency, there*np.unwrap(phase, period=360.0), **plots.line_of(number))
+    inside = [mode for mode, frequency in enumerate(response.natural) if response.frequency[0] <= frequency <= response.frequency[-1]]
+    for number, mode in enumerate(inside):
+        for axes in (upper, lower):
+            axes.axvline(factor*response.natural[mode], color=plots.COLOURS[5], linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=0,
+                         label="" if number else "natural frequencies")
+        upper.annotate(str(mode + 1), (factor*response.natural[mode], 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
+                       textcoords="offset points", ha="center", va="bottom", fontsize=7.5)
+    if any(np.any(amplitude > 0.0) for amplitude, _ in response.curves.values()):
+        upper.set_yscale("log")
+        plots.set_decades(upper.yaxis)
+        upper.legend(loc="best")
+    else:
+        say_zero(upper)
+    upper.set_ylabel(plots.with_unit("amplitude without contacts", unit))
+    lower.set_ylabel("phase (degrees)")
+    lower.yaxis.set_major_locator(MultipleLocator(45.0*2.0**max(0.0, np.ceil(np.log2(np.ptp(lower.get_ylim())/270.0)))))
+    return figure
+
+
 def draw_run(run, with_density):
     """A panel for each signal."""
-    factor, unit = plots.reading(np.max(run.frequency), run.unit)
-    if np.max(factor*run.frequency) < 10.0 and run.unit == "Hz":
-        factor, unit = 1.0, run.unit
     figure, rows = plt.subplots(len(run.signals), 1, sharex=True, squeeze=False, layout="constrained",
                                 figsize=(plots.WIDTH, 1.0 + 2.2*len(run.signals)))
+    factor = label_frequency(rows[-1, 0], run)
     for axes, signal in zip(rows[:, 0], run.signals):
         if not np.any(signal.amplitude > 0.0):
             axes.set_ylabel(plots.SPECTRA[signal.name])
-            axes.text(0.5, 0.5, "zero at all frequencies", ha="center", va="center", transform=axes.transAxes)
+            say_zero(axes)
             continue
         (draw_density if with_density else draw_amplitude)(axes, run, signal, factor)
     rows[0, 0].set_title(run.title)
-    rows[-1, 0].set_xlabel(plots.with_unit("frequency" if unit else r"frequency $\omega/\omega_1$", unit))
-    rows[-1, 0].set_xlim(factor*run.frequency[0], factor*run.frequency[-1])
     return figure
 
 
@@ -208,13 +281,16 @@ def main():
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--signals", nargs="+", choices=list(plots.SPECTRA), help="which (default all; of a map the first)")
     parser.add_argument("--density", action="store_true", help="the power spectral density instead of amplitudes")
+    parser.add_argument("--response", action="store_true", help="amplitude and phase without contacts, beside spectra in the file")
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _spectrum.png")
     arguments = parser.parse_args()
     plt.rcParams.update(plots.STYLE)
     for path in arguments.files:
         with plots.open_results(path) as file:
-            is_map = "sweep" in file or "cases" in file
-        if is_map:
+            kinds = set(file)
+        if arguments.response or ("frequency_response" in kinds and not kinds & {"spectrum", "sweep_spectrum"}):
+            figure = draw_response(Response(path))
+        elif kinds & {"sweep", "cases"}:
             figure = draw_map(Map(path, arguments.signals[0] if arguments.signals else None))
         else:
             figure = draw_run(Run(path, arguments.signals), arguments.density)
