@@ -59,8 +59,10 @@ class Diagram:
                 self.given = "".join(f"; {each} varies too" for each in others)
             elif len(chains) > 1:
                 self.given = "; " + ", ".join(f"{each} = {group[each][()][cases][0]:g}" for each in others)
-            self.values = group[self.parameter][()][cases]
-            self.labels = [plots.with_unit(each.replace("_", " "), plots.unit_of(group, each)) for each in together]
+            factor, unit = plots.reading(np.max(np.abs(group[self.parameter][()])), plots.unit_of(group, self.parameter))
+            self.values = factor*group[self.parameter][()][cases]
+            self.labels = [plots.with_unit(each.replace("_", " "), unit if each == self.parameter else plots.unit_of(group, each))
+                           for each in together]
             self.sections = group[name][()][cases]
             self.section_unit = plots.unit_of(group, name)
             self.of_point = POINTS[point] if point == "tip" or "stop" in file["scene"] else "relative to body 1"
@@ -71,7 +73,7 @@ class Diagram:
             if "lyapunov_exponent" in group:
                 self.exponent = group["lyapunov_exponent"][()][cases]
                 self.exponent_unit = plots.unit_of(group, "lyapunov_exponent")
-            self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
+            self.linear = self.read_linear(file, point, factor) if "frequency" in self.parameter else None
             # the linear beam was computed with the values of the scene
             self.of_scene = [each for each in names if each != self.parameter and not OF_CONTACTS.fullmatch(each)]
             self.greatest = None
@@ -95,8 +97,8 @@ class Diagram:
         return levels
 
     @staticmethod
-    def read_linear(file, point):
-        """Frequencies and amplitudes of the linear beam, if the file has them."""
+    def read_linear(file, point, factor):
+        """Frequencies, multiplied by a factor, amplitudes and their unit of the linear beam, if the file has them."""
         if "frequency_response" not in file:
             return None
         group = file["frequency_response"]
@@ -104,11 +106,12 @@ class Diagram:
         amplitude = group[f"amplitude_{point}"][()]
         if amplitude.ndim > 1:
             amplitude = amplitude[:, plots.surface_of_release(file["scene"])]
-        return group[scale][()], amplitude
+        return factor*group[scale][()], amplitude, plots.unit_of(group, f"amplitude_{point}")
 
-    def prefix(self, values):
+    @staticmethod
+    def prefix(values, unit):
         """A factor and the unit with a prefix in which values are written."""
-        return plots.reading(np.nanmax(np.abs(values)), self.section_unit) if np.any(np.isfinite(values)) else (1.0, self.section_unit)
+        return plots.reading(np.nanmax(np.abs(values)), unit) if np.any(np.isfinite(values)) else (1.0, unit)
 
     def panels(self):
         """Names of the panels, from top to bottom, and their heights."""
@@ -122,7 +125,7 @@ class Diagram:
 
 def draw_sections(axes, diagram, quantity):
     """A point for each section kept."""
-    factor, unit = diagram.prefix(diagram.sections)
+    factor, unit = diagram.prefix(diagram.sections, diagram.section_unit)
     for level in diagram.levels:
         axes.axhline(factor*level, color="#000000", linewidth=0.8, linestyle=(0, (6, 2)), label="surface of the stop" if level ==
                      diagram.levels[0] else None, zorder=0)
@@ -147,7 +150,7 @@ def ways(diagram):
 
 def draw_amplitude(axes, diagram):
     """The linear beam's amplitude, and half the range of the motion where the sweep has it."""
-    factor, unit = diagram.prefix(diagram.linear[1])
+    factor, unit = diagram.prefix(*diagram.linear[1:])
     axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label=", ".join(["linear, stops open", *(
         f"{each} of the scene" for each in diagram.of_scene)]))
     if diagram.greatest is not None:

@@ -46,24 +46,10 @@ class Fit:
         return [pair for pair in pairs if pair in closest[:MOST_PAIRS]]
 
 
-def label_of(name, unit, power=0):
-    """A name and its unit, with the power of ten by which numbers were divided."""
-    parts = [f"$10^{{{power}}}$" if power else "", unit if unit != "1" else ""]
-    return plots.with_unit(name, " ".join(part for part in parts if part))
-
-
-def power_of(values):
-    """The power of ten that leaves numbers from 1 to 1000, if they are far from that."""
-    size = np.max(np.abs(values))
-    power = 3*int(np.floor(np.log10(size)/3.0)) if size > 0.0 else 0
-    return 0 if power in (-3, 0, 3) and size >= 0.01 else power
-
-
 def draw_signal(upper, lower, fit):
     """Data and model, and their difference."""
     (time, time_unit), (measured, unit), (residual, residual_unit) = (
-        plots.reading(np.max(np.abs(values)), own if own != "1" else "")
-        for values, own in ((fit.time, fit.time_unit), (fit.measured, fit.unit), (fit.residual, fit.unit)))
+        plots.reading_of(values, own) for values, own in ((fit.time, fit.time_unit), (fit.measured, fit.unit), (fit.residual, fit.unit)))
     upper.plot(time*fit.time, measured*fit.measured, linestyle="none", marker=".", markersize=2.2, color=plots.COLOURS[5], label="signal")
     upper.plot(time*fit.time, measured*fit.model, color=plots.COLOURS[1], linewidth=0.9, label="model")
     upper.set_ylabel(plots.with_unit(fit.quantity, unit))
@@ -83,16 +69,16 @@ def draw_pair(axes, fit, first, second):
     correlation = part[0, 1]/np.sqrt(part[0, 0]*part[1, 1])
     angle = np.linspace(0.0, 2.0*np.pi, 200)
     circle = TWO_AT_ONCE*np.array([np.cos(angle), correlation*np.cos(angle) + np.sqrt(max(1.0 - correlation**2, 0.0))*np.sin(angle)])
-    powers = [power_of(fit.estimate[number]) for number in (first, second)]
-    error = np.sqrt(np.diag(part))/10.0**np.array(powers)
-    centre = fit.estimate[[first, second]]/10.0**np.array(powers)
-    ended = [fit.ended[number]/10.0**power for number, power in zip((first, second), powers)]
+    factors, units = zip(*(plots.reading_of(fit.estimate[number], fit.units[number]) for number in (first, second)))
+    error = np.sqrt(np.diag(part))*factors
+    centre = fit.estimate[[first, second]]*factors
+    ended = [fit.ended[number]*factor for number, factor in zip((first, second), factors)]
     axes.plot(centre[0] + error[0]*circle[0], centre[1] + error[1]*circle[1], color=plots.COLOURS[2])
     near = (np.abs(ended[0] - centre[0]) < 6.0*error[0]) & (np.abs(ended[1] - centre[1]) < 6.0*error[1])
     axes.plot(ended[0][near], ended[1][near], linestyle="none", marker="x", markersize=4,
               color=plots.COLOURS[0])
-    axes.set_xlabel(label_of(fit.names[first], fit.units[first], powers[0]), fontsize=8)
-    axes.set_ylabel(label_of(fit.names[second], fit.units[second], powers[1]), fontsize=8)
+    axes.set_xlabel(plots.with_unit(fit.names[first], units[0]), fontsize=8)
+    axes.set_ylabel(plots.with_unit(fit.names[second], units[1]), fontsize=8)
     axes.ticklabel_format(useOffset=False, style="plain")
     axes.locator_params(nbins=4)
 
@@ -106,6 +92,7 @@ def draw(fit):
     upper, lower = parts[0].subplots(2, 1, height_ratios=[2.4, 1.0], sharex=True)
     draw_signal(upper, lower, fit)
     if rows:
+        parts[1].suptitle("95 % regions of each two parameters; x: estimates, and ends of other starts nearby", fontsize=9, x=0.02, ha="left")
         grid = parts[1].subplots(rows, min(3, len(pairs)), squeeze=False)
         for axes, (first, second) in zip(grid.flat, pairs):
             draw_pair(axes, fit, first, second)

@@ -11,6 +11,7 @@ from pathlib import Path
 import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
+import numpy
 import plot_scene
 
 
@@ -47,10 +48,9 @@ class Table:
 def draw_columns(axes, table, values):
     """A curve for each mesh and solver over the modes."""
     for number, label in enumerate(table.labels):
-        colour = plots.COLOURS[number % len(plots.COLOURS)]
-        axes.plot(table.mode, values[:, number], label=label, color=colour, linewidth=0.9, markersize=4.5,
-                  marker=plots.MARKERS[number % len(plots.MARKERS)], markerfacecolor="white", markeredgecolor=colour,
-                  linestyle=plots.DASHES[number % len(plots.DASHES)])
+        line = plots.line_of(number)
+        axes.plot(table.mode, numpy.where(values[:, number] > 0.0, values[:, number], numpy.nan), label=label, linewidth=0.9, markersize=4.5,
+                  marker=plots.MARKERS[number % len(plots.MARKERS)], markerfacecolor="white", markeredgecolor=line["color"], **line)
     axes.set_yscale("log")
     axes.set_xlabel("mode $i$")
     axes.set_xlim(table.mode[0] - 0.4, table.mode[-1] + 0.4)
@@ -89,6 +89,7 @@ def draw(path):
         draw_shapes(first, table)
     else:
         draw_columns(first, table, table.frequency)
+        plots.set_decades(first.yaxis)
         first.set_ylabel(plots.with_unit("natural frequency", table.unit) if table.unit else r"natural frequency $\omega_i/\omega_1$")
     if table.error is not None:
         draw_columns(last, table, table.error)
@@ -97,7 +98,7 @@ def draw(path):
     if columns:
         last.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), ncol=columns, fontsize=8)
     elif len(table.labels) > 1 or table.error is not None:
-        last.legend(loc="lower right", ncol=1 + (len(table.labels) > 8), fontsize=8)
+        last.legend(loc="best", ncol=1 + (len(table.labels) > 8), fontsize=8)
     return figure
 
 

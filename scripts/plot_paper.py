@@ -11,6 +11,7 @@ animation; tables give their errors, statements their verdicts; all cases togeth
 """
 
 import argparse
+import textwrap
 from pathlib import Path
 
 import impactbeam_plots as plots
@@ -43,18 +44,20 @@ class Case:
 
     def __init__(self, group, parameter, unit):
         self.value = float(group.attrs["value"])
+        factor, unit = plots.reading(abs(self.value), unit)
         self.label = f"${SYMBOLS[parameter]} = {self.number()}$" if parameter in SYMBOLS else \
-            f"{parameter.replace('_', ' ')} ${self.number()}$ {unit}"
+            f"{parameter.replace('_', ' ')} {plots.quantity(factor * self.value, unit)}"
         response, measures = group["response"], group["measures"]
-        # the paper's pictures are without units
-        self.tau, self.eta = plain(response, "tau"), plain(response, "eta_stop")
-        self.contacts = list(zip(plain(measures, "contact_start"), plain(measures, "contact_end")))
+        self.tau, self.eta = plots.values_of(response, "tau"), plots.values_of(response, "eta_stop")
+        self.units = [plots.unit_of(response, name) for name in ("tau", "eta_stop")]
+        self.contacts = numpy.column_stack([plots.values_of(measures, name) for name in ("contact_start", "contact_end")])
         events = group["events"]
         names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
         is_shown = events["kind"][()] == names.index("impact") + 1
         if "surface" in events:
             is_shown &= events["surface"][()] == plots.surface_of_release(group.file["scene"]) + 1
-        self.impacts = plain(events, "tau")[is_shown]
+        self.impacts = plots.values_of(events, "tau")[is_shown]
+        # those of several files share axes, so they are without units
         self.peaks = (plain(measures, "peak_tau"), plain(measures, "peak")) if "peak" in measures else ([], [])
 
     def number(self):
@@ -77,6 +80,12 @@ class Cases:
             self.parameter = plots.text_of(group.attrs["parameter"])
             unit = plots.text_of(group[self.parameter].attrs["units"])
             self.cases = [Case(group[f"case_{number}"], self.parameter, unit if unit != "1" else "") for number in plots.cases_that_ran(group)]
+        greatest = [max(abs(values).max() for values in column) for column in zip(*((case.tau, case.eta) for case in self.cases))]
+        (time, self.time_unit), (length, self.unit) = map(plots.reading, greatest, self.cases[0].units)
+        for case in self.cases:
+            case.tau, case.eta, case.contacts, case.impacts = time * case.tau, length * case.eta, time * case.contacts, time * case.impacts
+        # what stands for the displacement at the start, which is 1 without units
+        self.start = length * greatest[1] if self.unit else 1.0
 
 
 def draw_cases(cases):
@@ -90,12 +99,10 @@ def draw_cases(cases):
         shade_contacts(axes, case)
         axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
         axes.plot(case.tau, case.eta, color="black", linewidth=0.9)
-        bottom = min(-0.15, 1.25 * lowest)
-        axes.vlines(case.impacts, -0.105, -0.03, color=plots.COLOURS[1], linewidth=0.8, zorder=3)
-        axes.set_ylim(bottom, max(1.15, 1.1 * highest))
-        axes.yaxis.set_major_locator(ticker.FixedLocator([0.0, 0.5, 1.0]))
-        axes.yaxis.set_minor_locator(ticker.MultipleLocator(0.1))
-        axes.set_ylabel(r"$\eta$")
+        axes.vlines(case.impacts, -0.105 * cases.start, -0.03 * cases.start, color=plots.COLOURS[1], linewidth=0.8, zorder=3)
+        axes.set_ylim(min(-0.15 * cases.start, 1.25 * lowest), max(1.15 * cases.start, 1.1 * highest))
+        set_ticks(axes.yaxis, 3)
+        axes.set_ylabel(plots.with_unit("$y - d$", cases.unit) if cases.unit else r"$\eta$")
         axes.text(0.985, 0.9, case.label, transform=axes.transAxes, ha="right", va="top", zorder=5,
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.2})
     grid[0, 0].set_title(cases.title)
@@ -104,7 +111,7 @@ def draw_cases(cases):
         handles.insert(0, plt.Line2D([], [], linestyle="none", marker="|", markersize=6, color=plots.COLOURS[1], label="impact"))
     grid[0, 0].legend(handles=handles, loc="lower right", bbox_to_anchor=(1.01, 0.97), borderaxespad=0.0, ncol=len(handles),
                       columnspacing=1.4, handletextpad=0.4)
-    grid[-1, 0].set_xlabel(r"time $\tau = \omega_1 t$")
+    grid[-1, 0].set_xlabel(plots.with_unit("time $t$", cases.time_unit) if cases.time_unit else r"time $\tau = \omega_1 t$")
     grid[-1, 0].set_xlim(0.0, max(case.tau[-1] for case in cases.cases))
     set_ticks(grid[-1, 0].xaxis, 10)
     figure.align_ylabels(grid[:, 0])
@@ -132,7 +139,7 @@ def draw_peaks(files):
         axes.yaxis.set_minor_formatter(ticker.NullFormatter())
         axes.set_xlim(0.0, None)
         set_ticks(axes.xaxis, 6)
-        axes.set_title(cases.title.split(",")[0], fontsize=9.5, pad=4)
+        axes.set_title(textwrap.fill(cases.title.split(",")[0], 44), fontsize=9.5, pad=4)
         axes.legend(fontsize=6.8, handlelength=2.0, labelspacing=0.25, borderpad=0.2, loc="upper right", frameon=True,
                     facecolor="white", edgecolor="none", framealpha=0.75, ncol=1 + (len(cases.cases) > 4),
                     columnspacing=0.9)

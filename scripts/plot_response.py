@@ -206,10 +206,6 @@ class Response:
             return ""
         return f"at stop {self.surfaces[self.shown].stop} of {stops}, {self.along.place(self.surfaces[self.shown].position)}"
 
-    def signs(self):
-        """How many kinds of curves and marks its panel has."""
-        return len(self.curves) + self.tip_differs() + bool(self.impacts) + bool(self.contacts)
-
 
 def read_alike(responses):
     """Give responses that share axes the same units, chosen by their maximum values."""
@@ -308,7 +304,7 @@ def draw_point(axes, surfaces, response):
     """Displacement at one point of the beam, with the surfaces there and the contacts with them."""
     y = surfaces[0].histories["eta"] + surfaces[0].height
     values = [y.min(), y.max()] + [surface.height for surface in surfaces
-                                   if min(abs(y - surface.height)) <= 0.5 * (y.max() - y.min())]
+                                   if min(abs(y - surface.height)) <= 0.5 * (y.max() - y.min()) or y.max() == y.min()]
     margin = 0.08 * (max(values) - min(values))
     low, high = min(values) - margin, max(values) + margin
     axes.set_ylim(low, high)
@@ -371,17 +367,17 @@ def draw_sides(axes, response, panel, shown):
     else:
         curves = [(surface.name, surface.side * surface.histories["force"]) for surface in shown if surface.histories["force"].any()]
     for number, (label, values) in enumerate(curves):
-        plots.draw_history(axes, response.tau, values, label, linewidth=0.8, color=plots.COLOURS[number % len(plots.COLOURS)],
-                           linestyle=plots.DASHES[number % len(plots.DASHES)])
-    if axes.get_legend_handles_labels()[0]:
+        plots.draw_history(axes, response.tau, values, label, linewidth=0.8, **plots.line_of(number))
+    if curves:
         put_small_legend_above(axes)
+    else:
+        axes.set_title(f"no force: {', '.join(surface.name for surface in shown)}", loc="right", fontsize=9, pad=3)
 
 
 def draw_places(axes, response, panel):
     """Moment or stress at each place that was asked for."""
     for number, (place, values) in enumerate(zip(response.places, response.of_places[panel])):
-        plots.draw_history(axes, response.tau, values, response.along.place(place), linewidth=0.8,
-                           color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
+        plots.draw_history(axes, response.tau, values, response.along.place(place), linewidth=0.8, **plots.line_of(number))
     put_small_legend_above(axes)
 
 
@@ -461,19 +457,21 @@ def draw_one(response, panels):
 
 def draw_stack(responses):
     """Displacement at the stop of several responses, a panel each."""
+    # room for titles of several lines
+    more = 0.13 * max(response.title.count("\n") for response in responses)
     figure, grid = plt.subplots(len(responses), 1, sharex=True, sharey=True, squeeze=False,
-                                figsize=(plots.WIDTH, 1.6 * len(responses) + 0.6), gridspec_kw={"hspace": 0.24})
+                                figsize=(plots.WIDTH, (1.6 + 1.3 * more) * len(responses) + 0.6), gridspec_kw={"hspace": 0.24 + more})
+    handles = {}
     for axes, response in zip(grid[:, 0], responses):
         shade_contacts(axes, response)
         label_panel(axes, "displacement", response, r"$y - d$" if response.is_in_units() else r"$\eta$")
         set_ticks(axes.yaxis, 4)
         if not response.has("displacement"):
             raise plots.Unplottable(f"{response.path}: no displacement was recorded")
-        handles = draw_displacement(axes, response) + legend_of_signs(response)
-        if response is max(responses, key=Response.signs):
-            put_legend_above(grid[0, 0], handles, 1.16)
+        handles.update({handle.get_label(): handle for handle in draw_displacement(axes, response) + legend_of_signs(response)})
         # above the frame, where it covers neither curves nor contacts
-        axes.set_title(", ".join(filter(None, [response.title, response.shown_stop()])), loc="right", fontsize="medium", pad=3)
+        axes.set_title(", ".join(filter(None, [response.title, response.shown_stop()])), loc="right", fontsize="medium", pad=4)
+    put_legend_above(grid[0, 0], list(handles.values()), 1.16 + more)
     label_time(grid[-1, 0], responses)
     return figure
 
@@ -485,8 +483,7 @@ def draw_overlay(responses):
     for number, response in enumerate(responses):
         if "eta_stop" not in response.curves:
             raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
-        handles += plots.draw_history(axes, response.tau, response.curves["eta_stop"], color=plots.COLOURS[number % len(plots.COLOURS)],
-                                      linestyle=plots.DASHES[number % len(plots.DASHES)])
+        handles += plots.draw_history(axes, response.tau, response.curves["eta_stop"], **plots.line_of(number))
     label_panel(axes, "displacement", responses[0])
     titles = [", ".join(filter(None, [response.title, response.shown_stop()])) for response in responses]
     plots.legend_of_titles(axes, handles, titles, loc="upper right")

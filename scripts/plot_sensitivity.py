@@ -81,7 +81,7 @@ def draw(sensitivity):
         draw_measure(axes, sensitivity, measure)
     for axes in list(grid.flat)[len(measures):]:
         axes.set_axis_off()
-    figure.suptitle(sensitivity.title, fontsize=10.5)
+    figure.suptitle(sensitivity.title, fontsize=10.5, x=0.02, ha="left")
     figure.supxlabel("percent of the measure for one percent of the parameter", fontsize=10.5)
     return figure
 

@@ -37,8 +37,6 @@ class Statistics:
             words = [name.split("_") for name in names]
             self.owners = [" ".join(word for word in name if word not in FACES) for name in words]
             self.faces = [name[-1] if name[-1] in FACES else "below" for name in words]
-            self.names = ["\n".join([owner.replace("stop ", ""), *name[-1:]]) if name[-1] in FACES else owner
-                          for owner, name in zip(self.owners, words)]
             # the first is of all together
             self.bars = {name: (group[name][1:], group[f"{name}_half_width"][1:]) for name in BARS}
             self.units = {name: plots.unit_of(group, name) for name in BARS}
@@ -60,12 +58,17 @@ def draw_bars(axes, statistics, name):
     values, widths = statistics.bars[name]
     unit = statistics.units[name]
     places = np.arange(len(values))
-    axes.bar(places, values, width=0.62, color=plots.COLOURS[2], alpha=0.75)
+    axes.bar(places, values, width=0.62, color=[FACES[face]["color"] for face in statistics.faces], alpha=0.75)
     known = np.isfinite(widths)
+    if not np.isfinite(values).any():
+        axes.text(0.5, 0.5, "not defined for rigid contacts", ha="center", va="center", transform=axes.transAxes, fontsize=8)
     axes.errorbar(places[known], values[known], yerr=widths[known], fmt="none", ecolor="#000000", elinewidth=0.9, capsize=2.5)
     # bars without a value would leave the range of the axis out
     axes.set_xlim(-0.6, len(values) - 0.4)
-    axes.set_xticks(places, statistics.names, fontsize=8)
+    axes.set_ylim(bottom=0.0)
+    owners = list(dict.fromkeys(statistics.owners))
+    axes.set_xticks([places[[owner == each for each in statistics.owners]].mean() for owner in owners],
+                    [owner if len(owners) < 7 else owner.replace("stop ", "") for owner in owners], fontsize=8)
     axes.tick_params(axis="x", which="both", length=0)
     axes.set_ylabel(plots.with_unit(BARS[name], unit))
 
@@ -78,7 +81,6 @@ def draw_classes(axes, statistics, owner, kind):
             continue
         axes.stairs(impacts, np.concatenate(([0.0], edges)), linewidth=1.1, **FACES[statistics.faces[number]])
     axes.set_title(owner, fontsize=9)
-    axes.set_xlim(left=0.0)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     axes.yaxis.set_minor_locator(NullLocator())
 
@@ -99,6 +101,7 @@ def draw(statistics):
         panels = part.subplots(1, len(stops), sharex=True, sharey=True, squeeze=False)[0]
         for axes, stop in zip(panels, stops):
             draw_classes(axes, statistics, stop, kind)
+        panels[0].set_xlim(left=0.0)
         panels[0].set_ylabel("impacts")
         handles = [plt.Line2D([], [], label=face, **line) for face, line in FACES.items()
                    if (kind, face) in zip(statistics.kinds, statistics.faces)]

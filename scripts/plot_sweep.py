@@ -12,7 +12,7 @@ import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter
 
 
 SYMBOLS = {
@@ -33,23 +33,21 @@ SYMBOLS = {
 MEASURES = {
     "settling_time": r"settling time $\tau$",
     "spent_time": r"time at which 1 % of the energy is left $\tau$",
-    "first_impact_time": r"first impact $\tau$",
     "greatest_force": r"maximum contact force $\bar P$",
+    "first_impact_time": r"first impact $\tau$",
     "total_contact": r"time in contact $\tau$",
     "longest_contact": r"longest contact $\tau$",
     "peak_1": r"first rebound $\eta$",
 }
-MEASURES_IN_UNITS = {
-    "settling_time": "settling time",
-    "spent_time": "time at which 1 % of the energy is left",
-    "greatest_force": "maximum contact force",
-    "first_impact_time": "first impact",
-    "total_contact": "time in contact",
-    "peak_1": "first rebound",
-}
 COLOURS = "viridis_r"
 BEST = "#c81e1e"
 MOST_LINES = 3000
+
+
+def most_common(group, known):
+    """The first measure of MEASURES that at least half of the cases have; if none is that common, the most common one."""
+    counts = {name: min(np.isfinite(group[name][:].astype(float)).sum(), len(group["status"])/2) for name in MEASURES if name in known}
+    return max(counts, key=counts.get)
 
 
 class Sweep:
@@ -66,9 +64,9 @@ class Sweep:
             self.partners = {name: plots.varied_with(file, name) for name in parameters}
             self.is_in_units = "units" in file.attrs
             best = file.get("best")
-            chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "settling_time")
-            self.measure = plots.named(group, measure or chosen)
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
+            chosen = plots.text_of(best.attrs["measure"]) if best else most_common(group, known)
+            self.measure = plots.named(group, measure or chosen)
             if self.measure not in known:
                 raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
             shown = [*parameters, self.measure]
@@ -136,7 +134,7 @@ class Sweep:
 
     def label_alone(self, name):
         """The name of a parameter on an axis."""
-        return plots.with_unit(SYMBOLS.get(name, name.replace("_", " ") if self.units[name] else name), self.units[name])
+        return plots.with_unit(SYMBOLS.get(name, name.replace("_", " ")), self.units[name])
 
     def label(self, name):
         """The same with the names of the parameters that vary together with it."""
@@ -144,8 +142,8 @@ class Sweep:
 
     def measure_label(self):
         """The name of the measure on an axis."""
-        words = (MEASURES_IN_UNITS if self.is_in_units else MEASURES).get(self.measure, self.measure.replace("_", " "))
-        return plots.with_unit(words, self.units[self.measure])
+        words = MEASURES.get(self.measure, self.measure.replace("_", " "))
+        return plots.with_unit(words.split(" $")[0] if self.is_in_units else words, self.units[self.measure])
 
     def case_in_words(self, words, source, index):
         """A case with the value of the measure and those of the parameters, with their units."""
@@ -207,12 +205,7 @@ def set_scale(panel, axis, logarithmic):
         set_plain_numbers(panel, axis)
         return
     getattr(panel, f"set_{axis}scale")("log")
-    shown = getattr(panel, f"{axis}axis")
-    shown.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    low, high = getattr(panel, f"get_{axis}lim")()
-    shown.set_minor_formatter(
-        FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "") if high < 100.0 * low else NullFormatter()
-    )
+    plots.set_decades(getattr(panel, f"{axis}axis"))
 
 
 def held_in_words(sweep, held):
@@ -273,16 +266,16 @@ def draw_map(sweep, names):
     sweep.set_ticks(panel, "y", up)
     bar = figure.colorbar(mesh, ax=panel, pad=0.02, label=sweep.measure_label())
     if isinstance(norm, LogNorm):
-        bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else ""))
+        plots.set_decades(bar.ax.yaxis)
     else:
         set_plain_numbers(bar.ax, "y")
-    figure.suptitle(sweep.title, fontsize=11)
+    figure.suptitle(sweep.title, fontsize=10.5, x=0.02, ha="left")
     if sweep.axes is not None and held:
         panel.set_title(held_in_words(sweep, held), fontsize=9)
     handles, labels = panel.get_legend_handles_labels()
     if handles:
-        panel.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.14), ncols=1)
+        # below the axis, where each parameter that varies with that across has its own line of ticks and of labels
+        panel.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.14 - 0.09*len(sweep.partners[across])), ncols=1)
     return figure
 
 
@@ -331,10 +324,12 @@ def draw_curves(sweep, name, family):
     sweep.set_ticks(panel, "x", name)
     finite = sweep.column[np.isfinite(sweep.column)]
     set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
-    figure.suptitle(sweep.title, fontsize=11)
+    figure.suptitle(sweep.title, fontsize=10.5, x=0.02, ha="left")
     words = [text for text in (held_in_words(sweep, held), without_value_in_words(sweep, values, failed)) if text]
     if words:
-        panel.set_title("\n".join(words), fontsize=9)
+        # above a legend that stands above the panel
+        lines = sum(text.get_text().count("\n") + 1 for text in panel.get_legend().get_texts()) if panel.get_legend() and family is None else 0
+        panel.set_title("\n".join(words), fontsize=9, pad=6 + 11.5*lines)
     return figure
 
 
@@ -394,7 +389,7 @@ def draw_parallel(sweep):
     panel.set_xlim(-0.1, len(columns) - 0.75)
     for side in panel.spines.values():
         side.set_visible(False)
-    figure.suptitle(sweep.title, fontsize=11)
+    figure.suptitle(sweep.title, fontsize=10.5, x=0.02, ha="left")
     panel.set_title(without_value_in_words(sweep, sweep.column, sweep.failed), fontsize=9)
     if sweep.best is not None:
         panel.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), ncols=1, fontsize=8)
@@ -405,7 +400,7 @@ def main():
     """Read the command line, draw, write the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="results file, HDF5")
-    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or settling_time")
+    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or settling_time if half of the cases have it")
     parser.add_argument("--kind", choices=["map", "curves", "parallel"], help="default: by the number of parameters")
     parser.add_argument("--parameters", nargs="+", help="across and up (map), across and one a curve (curves)")
     parser.add_argument("--out", type=Path, help="picture; default: the file with the ending .png")

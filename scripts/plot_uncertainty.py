@@ -31,29 +31,19 @@ class Uncertainty:
                 raise plots.Unplottable(f"{path}: has no measure that any case came to")
 
 
-def power_of(values):
-    """The power of ten that leaves numbers from 1 to 1000, if they are far from that."""
-    size = np.max(np.abs(values))
-    power = 3*int(np.floor(np.log10(size)/3.0)) if size > 0.0 else 0
-    return 0 if power in (-3, 0, 3) and size >= 0.01 else power
-
-
 def draw_measure(axes, uncertainty, number):
     """The histogram of one measure."""
-    edges, unit = uncertainty.edges[number], uncertainty.units[number]
-    power = power_of(edges)
+    edges = uncertainty.edges[number]
+    factor, unit = plots.reading_of(edges, uncertainty.units[number])
     if edges[-1] > edges[0]:
-        axes.stairs(uncertainty.cases[number], edges/10.0**power, fill=True, color=plots.COLOURS[2], alpha=0.55)
-    axes.axvline(uncertainty.means[number]/10.0**power, color=plots.COLOURS[0], label="mean")
-    quantiles = uncertainty.quantiles[number]/10.0**power
+        axes.stairs(uncertainty.cases[number], factor*edges, fill=True, color=plots.COLOURS[2], alpha=0.55)
+    axes.axvline(factor*uncertainty.means[number], color=plots.COLOURS[0], label="mean")
+    quantiles = factor*uncertainty.quantiles[number]
     chances = uncertainty.probabilities
     for place in sorted({int(np.argmin(chances)), int(np.argmin(np.abs(chances - 0.5))), int(np.argmax(chances))}):
         axes.axvline(quantiles[place], color=plots.COLOURS[1], linestyle=plots.DASHES[1 + place % 4],
                      label=f"{100.0*chances[place]:g} % below")
-    words = uncertainty.names[number]
-    if unit != "1" or power:
-        words += ", " + (f"$10^{{{power}}}$ " if power else "") + (unit if unit != "1" else "")
-    axes.set_xlabel(words.rstrip(", "))
+    axes.set_xlabel(plots.with_unit(uncertainty.names[number], unit))
     axes.set_ylabel("cases")
     axes.ticklabel_format(axis="x", useOffset=False, style="plain")
     axes.locator_params(axis="x", nbins=4)

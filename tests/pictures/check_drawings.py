@@ -1,0 +1,135 @@
+"""What stands in pictures, beside what files hold: check_drawings.py PROGRAM SCRIPTS FOLDER
+
+Scenes with few contacts, none, or none of rigid stops with a limit; long titles; numbers far from 1. No picture is written.
+"""
+
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from types import SimpleNamespace
+
+PROGRAM, SCRIPTS, FOLDER = sys.argv[1], sys.argv[2], Path(sys.argv[3])
+sys.dont_write_bytecode = True
+sys.path.insert(0, SCRIPTS)
+
+# pylint: disable=wrong-import-position
+import impactbeam_plots as plots
+import matplotlib.pyplot as plt
+import numpy as np
+import plot_bifurcation
+import plot_frequencies
+import plot_paper
+import plot_response
+import plot_spectrum
+import plot_statistics
+import plot_sweep
+
+BEAM = """&scene units = 'SI', title = '{title}' /
+&beam length = 0.1, width = 0.01, height_root = 1e-3, youngs_modulus = 2e11, density = 7800 /
+&mesh elements = 8 /
+&damping zeta = 0.02 /
+"""
+SHAKEN = """&force position = 1, amplitude = {force}, frequency = 60 /
+&start kind = 'rest' /
+&response duration_time = 0.2 /
+&statistics start_time = 0.1 /
+"""
+NARROW, WIDE = ("&stop position = {}, side = 'both', clearance = {}, law = 'spring_damper', stiffness_ratio = 20 /\n".format(*place)
+                for place in ((0.3, 0.09), (1, 1e-3)))
+
+
+def run(name, text, **values):
+    """The results of a scene."""
+    scene = FOLDER/f"{name}.nml"
+    scene.write_text(BEAM.format(title=values.get("title", name)) + text.format(**values), encoding="utf-8")
+    subprocess.run([PROGRAM, "--quiet", "--out", FOLDER, scene], check=True, stdin=subprocess.DEVNULL)
+    return FOLDER/f"{name}.h5"
+
+
+def words_of(figure):
+    """All texts of a figure that are not empty."""
+    return [text.get_text() for text in figure.findobj(plt.Text) if text.get_text()]
+
+
+def check_statistics():
+    """A first stop without impacts does not fix the scale of the others; each owner is named once; rigid contacts
+    have no RMS force."""
+    statistics = plot_statistics.Statistics(run("narrow", NARROW + WIDE + SHAKEN, force=2))
+    figure = plot_statistics.draw(statistics)
+    last = figure.axes[-1]
+    assert last.get_xlim()[0] == 0.0 and last.get_xlim()[1] >= statistics.classes[-1][0][-1] > 1.0, last.get_xlim()
+    assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == ["stop 1", "stop 2"], words_of(figure)
+    path = run("rigid", "&stop side = 'both', clearance = 1e-3 /\n" + SHAKEN, force=2)
+    figure = plot_statistics.draw(plot_statistics.Statistics(path))
+    assert words_of(figure).count("not defined for rigid contacts") == 1, words_of(figure)
+
+
+def check_rest():
+    """A beam at rest has its stops in the picture, and panels of forces name their stops."""
+    response = plot_response.Response(run("rest", NARROW + WIDE + SHAKEN, force=0), "file")
+    plot_response.read_alike([response])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = plot_response.draw_one(response, ["displacement", "force"])
+    assert figure.axes[0].get_ylim()[1] > 1.0 and "no force: 1 below, 1 above, 2 below, 2 above" in words_of(figure)
+
+
+def check_sweep():
+    """The measure that most cases have; words above a legend."""
+    sweep = plot_sweep.Sweep(run("driven", WIDE + SHAKEN + "&sweep force_1_amplitude = 1, 2, 3 /\n", force=2), None)
+    assert sweep.measure == "greatest_force", sweep.measure
+    released = "&stop surface_height = 0, initial_height = 1e-3 /\n&response duration_time = 0.019 /\n"
+    sweep = plot_sweep.Sweep(run("best", released + "&sweep zeta = 0.001, 0.05, 0.2 /\n&best /\n"), None)
+    assert sweep.measure == "settling_time" and np.isnan(sweep.column).any(), sweep.column
+    figure = plot_sweep.draw_curves(sweep, "zeta", None)
+    figure.canvas.draw()
+    panel = figure.axes[0]
+    title = next(text for text in panel.findobj(plt.Text) if "within the run" in text.get_text()).get_window_extent()
+    assert title.y0 >= panel.get_legend().get_texts()[0].get_window_extent().y1, "words on the legend"
+
+
+def check_cases():
+    """Cases of a scene in units are drawn in them."""
+    figure = plot_paper.draw_cases(plot_paper.Cases(run("cases", "&stop surface_height = 0, initial_height = 1e-3 /\n"
+        "&response duration_time = 0.05 /\n&cases parameter = 'initial_height', values = 1e-3, 2e-3 /\n")))
+    found = words_of(figure)
+    assert {"time $t$ (ms)", "$y - d$ (mm)", "initial height 2\u00a0mm"} <= set(found), found
+
+
+def check_bifurcation():
+    """Displacements below velocities have their own unit; a map and a diagram have one unit of frequencies."""
+    shaken = SHAKEN.replace("60 /", "5e4 /").replace("0.2 /", "0.02 /").replace("0.1 /", "0.01 /")
+    path = run("fast", WIDE + shaken + "&frequency_response frequency_range = 1e4, 1e5, points = 20 /\n"
+               "&poincare skip = 2, keep = 2 /\n&spectrum of = 'displacement_tip', segments = 1, frequency_range = 0, 1e5 /\n"
+               "&sweep force_1_frequency = 2e4, 4e4 /\n", force=2)
+    figure = plot_bifurcation.draw(plot_bifurcation.Diagram(path, "velocity", "tip", 1), "velocity")
+    found = words_of(figure)
+    assert any(word.startswith("amplitude (") and word.endswith("m)") for word in found), found
+    assert "force 1 frequency (kHz)" in found, found
+    found = words_of(plot_spectrum.draw_map(plot_spectrum.Map(path, None)))
+    assert {"frequency (kHz)", "force 1 frequency (kHz)"} <= set(found), found
+
+
+def check_words():
+    """Long titles have several lines, the seventh curve is not the first, an error of 0 has no place, megahertz are read in kHz."""
+    title = "Long " + 10*"and longer "
+    with plots.open_results(run("long", WIDE + SHAKEN, force=1, title=title)) as file:
+        assert len(plots.title_of(file).split("\n")) == 2, plots.title_of(file)
+    assert plots.line_of(0) != plots.line_of(6) and plots.reading(1e6, "Hz") == (1e-3, "kHz")
+    assert plots.reading_of([1.4e-4], "m") == (1e3, "mm")
+    assert plots.reading_of([2e-5], "1") == (1e6, "$10^{-6}$"), plots.reading_of([2e-5], "1")
+    axes = plt.figure().subplots()
+    table = SimpleNamespace(labels=["n"], mode=np.array([1, 2]))
+    plot_frequencies.draw_columns(axes, table, np.array([[1e-3], [0.0]]))
+    assert np.isnan(axes.lines[0].get_ydata()[1])
+    axes.set_ylim(3.0, 60.0)
+    plots.set_decades(axes.yaxis)
+    assert axes.yaxis.get_minor_formatter()(20.0) == "20" and axes.yaxis.get_minor_formatter()(30.0) == ""
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    plt.rcParams.update(plots.STYLE)
+    for check in (check_statistics, check_rest, check_sweep, check_cases, check_bifurcation, check_words):
+        check()
