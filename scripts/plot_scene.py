@@ -480,7 +480,9 @@ def animate(scene, path):
     recorded = [surface for surface in scene.surfaces if surface.eta is not None]
     # the displacement at a stop that stands on both sides is one curve
     points = list({surface.position: surface for surface in recorded}.values())
-    figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.4), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
+    # six curves have room in a line of the legend between the panels
+    lines = (len(points) + len(scene.bodies) - 1) // 6
+    figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.4), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36 + 0.14 * lines})
     figure.subplots_adjust(left=0.15, right=0.975, top=0.95, bottom=0.11)
     drawing = Drawing(axes, scene, [scene.shape])
     axes.plot([0.0, 1.0], [0.0, 0.0], color=EDGE, linewidth=0.5, linestyle=(0, (8, 2, 2, 2)), zorder=1)
@@ -490,10 +492,10 @@ def animate(scene, path):
     traces = []
     time = None if scene.tau is None else scene.time_factor * scene.tau
     for number_of_point, surface in enumerate(points):
-        colour = plots.COLOURS[number_of_point % len(plots.COLOURS)]
+        line = plots.line_of(number_of_point)
         y = surface.eta + surface.height
-        below.plot(time, y, color=colour, linewidth=0.5, alpha=0.4)
-        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=scene.along.place(surface.position))[0], y))
+        below.plot(time, y, color=line["color"], linewidth=0.5, alpha=0.4)
+        traces.append((below.plot([], [], **line, linewidth=1.1, label=scene.along.place(surface.position))[0], y))
     for surface in scene.surfaces:
         below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
     for body in scene.bodies if scene.tau is not None else []:

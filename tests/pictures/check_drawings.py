@@ -21,6 +21,7 @@ import plot_bifurcation
 import plot_frequencies
 import plot_paper
 import plot_response
+import plot_scene
 import plot_spectrum
 import plot_statistics
 import plot_sweep
@@ -111,6 +112,19 @@ def check_bifurcation():
     assert {"frequency (kHz)", "force 1 frequency (kHz)"} <= set(found), found
 
 
+def check_film():
+    """The legend of seven points stays below the label of the axis above it."""
+    figures = []
+    plot_scene.save_film = lambda figure, *rest: (figures.append(figure), rest[-1].touch())
+    stops = "".join(f"&stop position = {place/10}, side = 'both', clearance = 1e-3 /\n" for place in range(3, 10))
+    path = run("film", stops + SHAKEN.replace("0.2 /", "0.02 /").replace("0.1 /", "0.01 /") + "&output shape_step = 1 /\n", force=1)
+    plot_scene.animate(plot_scene.Scene(path), FOLDER/"film.gif")
+    figure = figures[0]
+    figure.canvas.draw()
+    legend = figure.axes[1].get_legend().get_texts()
+    assert len(legend) == 7 and max(text.get_window_extent().y1 for text in legend) <= figure.axes[0].xaxis.label.get_window_extent().y0
+
+
 def check_words():
     """Long titles have several lines, the seventh curve is not the first, an error of 0 has no place, megahertz are read in kHz."""
     title = "Long " + 10*"and longer "
@@ -131,5 +145,5 @@ def check_words():
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update(plots.STYLE)
-    for check in (check_statistics, check_rest, check_sweep, check_cases, check_bifurcation, check_words):
+    for check in (check_statistics, check_rest, check_sweep, check_cases, check_bifurcation, check_film, check_words):
         check()
