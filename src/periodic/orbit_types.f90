@@ -25,7 +25,7 @@ module orbit_types
    !> Point after which Newton's method fails.
    integer, parameter :: mark_lost = 6
    !> Names of these kinds in results files.
-   character(*), parameter :: mark_names(0:6) = [character(20) :: 'regular', 'fold', 'period_doubling', &
+   character(*), parameter :: mark_names(0:6) = [character(15) :: 'regular', 'fold', 'period_doubling', &
       'neimark_sacker', 'grazing', 'end_of_range', 'lost']
 
    !> A periodic orbit.
