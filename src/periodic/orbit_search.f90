@@ -37,9 +37,13 @@ contains
       type(section_map_t), target :: map
       type(set_store_t), target :: sets
       type(solution_t) :: orbit
+      type(run_settings_t) :: run_to_orbit
 
       map%sets => sets
-      call open_section_map(model, settings, options%period, map, error)
+      ! the number of modes is chosen for the run that leads to the orbit, not for that of the scene
+      run_to_orbit = settings
+      run_to_orbit%response%duration = real(options%skip, wp)*options%period
+      call open_section_map(model, run_to_orbit, options%period, map, error)
       if (allocated(error)) return
       map%load = options%load
       map%parameter = no_parameter
