@@ -6,21 +6,25 @@
 module mode_trials
    use applied_loads, only: courses_of
    use free_modes, only: free_modes_t
-   use history_list, only: eta_stop, eta_tip, history_table
+   use history_list, only: eta_tip, history_table
    use kinds, only: lambda1, pi, wp
    use load_settings, only: is_steady, course_harmonic, start_balance, start_rest, time_course_t
-   use response_types, only: event_impact, is_contact_start, mode_check_t, settling_level, response_t
+   use response_types, only: event_impact, is_contact_start, mode_check_t, response_t
+   use run_differences, only: count_hops, horizon_of, impact_difference, max_difference
    use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
    use stop_contacts, only: contact_t, contacts_of, datum_of
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, lengthen, shorten, judge_trials, max_stalled
-   public :: count_hops, horizon_of, is_driven, max_difference, trial_settings
+   public :: is_driven, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
    !> less in driven runs, of which only statistics are of interest then.
    real(wp), parameter :: agreement = 0.05_wp, driven_agreement = 0.125_wp
+   !> Velocities of first impacts may differ by this multiple of the accuracy, because velocities converge more slowly
+   !> with the number of modes than displacements.
+   real(wp), parameter :: impact_agreement = 10.0_wp
    !> A comparison makes no progress if its difference is at least this fraction of the previous difference.
    real(wp), parameter :: progress = 0.5_wp
    !> After this number of successive comparisons without progress no further set is tried.
@@ -44,8 +48,6 @@ module mode_trials
    !> Driven trials last at least this fraction of the maximum length of the comparison after the first contact, because
    !> one impact on a stiff stop can be a burst of many contacts.
    real(wp), parameter :: min_contact_fraction = 0.125_wp
-   !> A motion is compared up to the peak of this rebound.
-   integer, parameter :: last_rebound = 3
    !> A motion is compared over at most this number of periods of the lowest mode.
    integer, parameter :: max_periods = 4
    !> Under harmonic loads a motion is compared over this number of periods of the slowest load instead.
@@ -388,53 +390,9 @@ contains
       check%tolerance = min(trials%settings%response%accuracy*max_displacement, trials%settings%response%mode_tolerance)
       check%agrees = check%difference <= merge(driven_agreement, agreement, trials%is_driven)*check%tolerance
       if (check%agrees) check%agrees = &
-         count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance)
+         count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance) .and. &
+         impact_difference(fewer, more, horizon) <= impact_agreement*trials%settings%response%accuracy
    end subroutine compare_until
-
-   !> Maximum difference of two runs in eta of the tip and of all contacts.
-   pure real(wp) function max_difference(fewer, more, last) result(difference)
-      !> The runs, with the same samples
-      type(response_t), intent(in) :: fewer
-      type(response_t), intent(in) :: more
-      !> Number of samples that are compared
-      integer, intent(in) :: last
-
-      integer :: k
-
-      difference = max(maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))), &
-         maxval(abs(fewer%history(eta_stop)%values(:last) - more%history(eta_stop)%values(:last))))
-      ! a single contact has no history of its own
-      if (.not. allocated(more%contacts)) return
-      do k = 1, size(more%contacts)
-         difference = max(difference, maxval(abs(fewer%contacts(k)%eta(:last) - more%contacts(k)%eta(:last))))
-      end do
-   end function max_difference
-
-   !> Number of flights between contacts that rise above a height. The height of a flight is estimated from its duration
-   !> and final speed, because samples may miss the flight.
-   pure integer function count_hops(response, horizon, height) result(number)
-      type(response_t), intent(in) :: response
-      !> End of the comparison, tau
-      real(wp), intent(in) :: horizon
-      real(wp), intent(in) :: height
-
-      ! instant of the last event at each contact; negative: there is none yet
-      real(wp), allocatable :: last(:)
-      integer :: i
-
-      number = 0
-      if (response%event_count == 0) return
-      allocate (last(maxval(response%events(:response%event_count)%contact)), source=-1.0_wp)
-      do i = 1, response%event_count
-         associate (event => response%events(i))
-            if (event%tau > horizon) return
-            if ((event%kind == event_impact .or. is_contact_start(event%kind)) .and. last(event%contact) >= 0.0_wp) then
-               if (0.5_wp*abs(event%velocity_before)*(event%tau - last(event%contact)) > height) number = number + 1
-            end if
-            last(event%contact) = event%tau
-         end associate
-      end do
-   end function count_hops
 
    !> Settings of a run for comparison, limited to a few periods of its lowest mode, with samples for the comparison
    !> only.
@@ -463,34 +421,5 @@ contains
          response%step = min(response%duration, period)/real(samples, wp)
       end associate
    end function trial_settings
-
-   !> Instant of the sample at the peak of the third rebound, that is, the third flight above the settling level; the
-   !> end of the run if there are fewer.
-   pure real(wp) function horizon_of(response, duration) result(horizon)
-      type(response_t), intent(in) :: response
-      !> Length of the run, tau
-      real(wp), intent(in) :: duration
-
-      ! maximum eta of the flight so far, or the settling level
-      real(wp) :: max_eta
-      integer :: event, rebounds, i
-
-      horizon = duration
-      event = 0
-      rebounds = 0
-      do i = 1, size(response%tau)
-         do while (event < response%event_count)
-            if (response%events(event + 1)%tau > response%tau(i)) exit
-            event = event + 1
-            max_eta = settling_level
-         end do
-         if (event == 0) cycle
-         if (response%history(eta_stop)%values(i) <= max_eta) cycle
-         if (max_eta <= settling_level) rebounds = rebounds + 1
-         if (rebounds > last_rebound) return
-         if (rebounds == last_rebound) horizon = response%tau(i)
-         max_eta = response%history(eta_stop)%values(i)
-      end do
-   end function horizon_of
 
 end module mode_trials

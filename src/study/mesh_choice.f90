@@ -11,9 +11,10 @@ module mesh_choice
    use load_settings, only: last_change
    use mesh_checks, only: mesh_check_t
    use mesh_comparison, only: compare_meshes
-   use mode_trials, only: horizon_of, is_driven, trial_settings
+   use mode_trials, only: is_driven, trial_settings
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: response_t
+   use run_differences, only: horizon_of
    use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: model_of, redistributes, run_settings_of, section_of
    use scene_types, only: scene_t

@@ -3,8 +3,8 @@ module mesh_comparison
    use history_list, only: eta_stop, eta_tip
    use kinds, only: wp
    use mesh_checks, only: mesh_check_t
-   use mode_trials, only: count_hops, horizon_of, max_difference
    use response_types, only: response_t, run_measures_t
+   use run_differences, only: count_hops, horizon_of, max_difference
    implicit none (type, external)
    private
    public :: compare_meshes
