@@ -415,7 +415,8 @@ contains
       real(wp), intent(in) :: grading
       integer, intent(in) :: elements
 
-      ratio = grading**(1.0_wp/real(elements - 1, wp))
+      ! one element has no neighbour
+      ratio = grading**(1.0_wp/real(max(1, elements - 1), wp))
    end function ratio_of
 
    !> Compare the runs on two meshes.
