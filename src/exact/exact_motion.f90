@@ -8,8 +8,9 @@ module exact_motion
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
    use failures, only: failure_t
-   use few_modes, only: find_common_modes, find_few_modes, needs_all_modes, number_of_modes, takes_few_modes
-   use free_modes, only: are_modes_of_run, find_free_modes, free_modes_t
+   use few_modes, only: begins_with_few_modes, common_count, find_common_modes, find_few_modes, max_iterated, &
+      needs_all_modes, number_of_modes, takes_few_modes
+   use free_modes, only: are_modes_of_run, are_same, find_free_modes, free_modes_t
    use kinds, only: wp
    use lapack_interfaces, only: dgemm
    use mode_choice, only: first_count, max_all_modes, max_count, next_count, select_modes
@@ -144,13 +145,14 @@ contains
          if (allocated(error)) return
       end if
       if (.not. allocated(modes) .and. size(common_modes%lambda) < check%all_modes .and. &
-         takes_few_modes(model%mesh%elements, settings)) then
+         begins_with_few_modes(model%mesh%elements, settings)) then
          ! no tried number suffices: all modes, or the maximum number of lowest modes if the mesh is too large
-         allocate (modes)
-         if (number_of_modes(model) <= 2*max_count) then
-            call find_free_modes(model, modes, error)
+         if (max_count > max_iterated(model%mesh%elements)) then
+            call find_all_modes(model, common_modes, store, error)
+            if (.not. allocated(error)) allocate (modes, source=store%all_modes)
          else
-            call find_few_modes(model, settings, max_count, modes, error, common_modes)
+            allocate (modes)
+            call find_few_modes(model, settings, max_count, modes, error)
          end if
          if (allocated(error)) return
       end if
@@ -170,11 +172,30 @@ contains
       answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < min_flexibility
    end function has_stiff_node
 
+   !> Find all modes of a beam, unless an earlier run with the same common modes has found them.
+   subroutine find_all_modes(model, common_modes, sets, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: common_modes
+      !> Receives the modes
+      type(set_store_t), intent(inout) :: sets
+      !> Set if the modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (allocated(sets%all_modes)) then
+         if (are_same(common_modes, sets%common_modes)) return
+         deallocate (sets%all_modes)
+      end if
+      allocate (sets%all_modes)
+      sets%common_modes = common_modes
+      call find_free_modes(model, sets%all_modes, error)
+      if (allocated(error)) deallocate (sets%all_modes)
+   end subroutine find_all_modes
+
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
    subroutine try_numbers(model, settings, common_modes, sets, modes, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(free_modes_t), intent(in) :: common_modes
+      type(free_modes_t), target, intent(in) :: common_modes
       type(set_store_t), target, intent(inout) :: sets
       !> Modes of the smaller of two trials that agree; unallocated: no two trials agree
       type(free_modes_t), allocatable, intent(out) :: modes
@@ -192,14 +213,28 @@ contains
       type(mode_check_t) :: early
       ! comparison that shows that the trial `enough` suffices
       type(mode_check_t) :: enough_check
+      ! modes among which the next trial chooses
+      type(free_modes_t), pointer :: base
       ! number of the lowest modes in the present trial
       integer :: count
 
       call open_trials(settings, common_modes, check%all_modes, trials)
-      count = first_count(settings, common_modes)
+      base => common_modes
+      count = first_count(settings, base)
+      ! if loads require all modes found so far, they may require further modes
+      if (count == size(base%lambda) .and. count < min(common_count, check%all_modes)) then
+         call choose_among_all()
+         if (allocated(error)) return
+         count = first_count(settings, base)
+      end if
       do while (count <= max_count)
+         if (count > size(base%lambda) .and. count > max_iterated(model%mesh%elements)) then
+            if (.not. can_afford(trials, count)) exit
+            call choose_among_all()
+            if (allocated(error)) return
+         end if
          allocate (more)
-         call find_few_modes(model, settings, count, more%modes, error, common_modes)
+         call find_few_modes(model, settings, count, more%modes, error, base)
          if (allocated(error)) return
          call try_modes(model, more, sets, trials, check)
          if (.not. more%is_done) exit
@@ -224,6 +259,15 @@ contains
       enough_check%work = check%work
       check = enough_check
       allocate (modes, source=enough%modes)
+
+   contains
+
+      !> Let the next trials choose among all modes.
+      subroutine choose_among_all()
+         call find_all_modes(model, common_modes, sets, error)
+         if (.not. allocated(error)) base => sets%all_modes
+      end subroutine choose_among_all
+
    end subroutine try_numbers
 
    !> Repeat two trials that agree over the first contacts with the full length, and compare them again. If that would

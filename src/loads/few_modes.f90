@@ -24,11 +24,14 @@ module few_modes
       coordinates_of_motion
    implicit none (type, external)
    private
-   public :: takes_few_modes, needs_all_modes, number_of_modes, common_count
+   public :: takes_few_modes, needs_all_modes, number_of_modes, begins_with_few_modes, max_iterated, &
+      common_count
    public :: find_common_modes, find_modes_of_run, find_few_modes
 
    !> Up to this number of elements all modes are found in one direct solution, in about 0.05 s.
    integer, parameter :: max_elements_for_all_modes = 100
+   !> The same if the number of modes is chosen by trials, which begin with few modes.
+   integer, parameter :: max_elements_before_trials = 63
    !> Number of the lowest modes that are found of a larger mesh. If the number of modes can be chosen by trial runs,
    !> runs choose among these modes, else they use all of these.
    integer, parameter :: common_count = 64
@@ -68,6 +71,24 @@ contains
       number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
    end function number_of_modes
 
+   !> Whether trials, by which a run chooses its number of modes, begin with a part of the modes of the mesh.
+   pure logical function begins_with_few_modes(elements, settings) result(answer)
+      !> Number of elements of the mesh
+      integer, intent(in) :: elements
+      type(run_settings_t), intent(in) :: settings
+
+      answer = elements > max_elements_before_trials .and. settings%response%mode_count == 0 .and. &
+         .not. needs_all_modes(settings)
+   end function begins_with_few_modes
+
+   !> Maximum number of the lowest modes that are found by iteration, because all modes are found as fast as more.
+   pure integer function max_iterated(elements) result(number)
+      !> Number of elements of the mesh
+      integer, intent(in) :: elements
+
+      number = elements/2
+   end function max_iterated
+
    !> Common modes, which several runs of a beam can share and choose from: all modes, or the lowest modes of a large
    !> mesh, without residual modes.
    subroutine find_common_modes(model, settings, modes, error)
@@ -80,8 +101,10 @@ contains
 
       type(run_settings_t) :: unloaded
 
-      if (takes_few_modes(model%mesh%elements, settings)) then
-         unloaded%has_stop = .false.
+      unloaded%has_stop = .false.
+      if (begins_with_few_modes(model%mesh%elements, settings)) then
+         call find_few_modes(model, unloaded, min(common_count, max_iterated(model%mesh%elements)), modes, error)
+      else if (takes_few_modes(model%mesh%elements, settings)) then
          call find_few_modes(model, unloaded, common_count, modes, error)
       else
          call find_free_modes(model, modes, error)
@@ -137,7 +160,7 @@ contains
       if (is_available) then
          call take_lowest(model, beam, lowest, common_modes, modes, vectors)
       else
-         if (lowest <= model%mesh%elements/2) call find_lowest(model, beam, lowest, modes, vectors, error)
+         if (lowest <= max_iterated(model%mesh%elements)) call find_lowest(model, beam, lowest, modes, vectors, error)
          if (.not. allocated(vectors) .or. allocated(error)) then
             if (allocated(error) .and. model%mesh%elements > max_elements_for_fallback) then
                error%message = error%message//'; take fewer elements, a mesh ratio nearer to 1, or fewer modes (modes)'

@@ -14,7 +14,7 @@ module free_modes
    implicit none (type, external)
    private
    public :: free_modes_t, find_free_modes, complete_modes, are_modes_of_run, retain_modes, order_modes, complete_start
-   public :: mover_of, rigid_square, max_rigid_square
+   public :: are_same, mover_of, rigid_square, max_rigid_square
 
    type :: free_modes_t
       !> Number of elements of the mesh
@@ -94,6 +94,16 @@ contains
 
       answer = retained == size(modes%lambda) .and. .not. allocated(settings%extra_dofs)
    end function are_modes_of_run
+
+   !> Whether two sets of modes are equal, and so belong to one beam.
+   pure logical function are_same(one, other) result(answer)
+      type(free_modes_t), intent(in) :: one
+      type(free_modes_t), intent(in) :: other
+
+      answer = size(one%lambda) == size(other%lambda) .and. size(one%mode) == size(other%mode) .and. &
+         one%stop_dof == other%stop_dof
+      if (answer) answer = all(abs(one%lambda - other%lambda) <= 0.0_wp) .and. all(abs(one%mode - other%mode) <= 0.0_wp)
+   end function are_same
 
    !> Retain the first modes of a beam, and append those of the extra degrees of freedom of a run, unless `modes`
    !> contains them already. Modes beyond `number` remain until `order_modes`.

@@ -1,7 +1,6 @@
-!> Contact sets: the beam with a given set of closed contacts, and its motion in closed form. Closed rigid contacts are
-!> constraints, closed compliant contacts apply forces (docs/theory.md, section 17): the motion is then a sum of terms
-!> exp(s t). If each mode has its own damping ratio, rigid contacts also apply forces, to the free modes (section 18). A
-!> set is made at first use and cached.
+!> Contact sets: the beam with a given set of closed contacts, and its motion in closed form, a sum of terms exp(s t).
+!> Closed rigid contacts are constraints, closed compliant contacts apply forces (docs/theory.md, section 17). If each
+!> mode has its own damping ratio, rigid contacts apply forces, too (section 18). A set is made at first use and cached.
 module contact_sets
    use compliant_stop, only: has_same_dynamic_stiffness, dynamic_stiffness_t, is_rigid_stop
    use constrained_sets, only: are_constraints, carriers_among, damp_constrained_set, free_beam_t, constrained_set_t, &
@@ -10,6 +9,7 @@ module contact_sets
    use damped_oscillators, only: sampler_t
    use failures, only: failure_t
    use forced_responses, only: unit_responses_t
+   use free_modes, only: free_modes_t
    use kinds, only: i8, wp
    use modal_signal, only: modal_state_t
    use power_integrals, only: power_form_t, interval_terms_t
@@ -121,6 +121,8 @@ module contact_sets
       integer(i8) :: request = 0_i8
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
+      !> Common modes of a beam, and all its modes; unallocated: trials have not needed all modes yet
+      type(free_modes_t), allocatable, public :: common_modes, all_modes
    contains
       final :: drop_all
    end type set_store_t
