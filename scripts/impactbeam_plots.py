@@ -92,13 +92,40 @@ def open_results(path):
         raise Unplottable(f"{path}: cannot be read as an HDF5 file") from None
 
 
+# Each picture, and what a file must hold for it: all of one of these
+DATA = {
+    "accuracy": ["frequencies/lambda_exact"],
+    "bifurcation": ["sweep/section_displacement_tip"],
+    "fit": ["fit"],
+    "frequencies": ["frequencies"],
+    "orbits": ["orbit/branch_1"],
+    "paper": ["cases", "statements"],
+    "precision": ["precision"],
+    "response": [f"response/{name}" for name in ("eta_stop", "eta_tip", "displacement_stop", "displacement_tip", "velocity_stop",
+                                                 "contact_force")] + ["stress/moment"],
+    "scene": ["mesh scene/stop", "mesh bodies"],
+    "sensitivity": ["sensitivity"],
+    "spectrum": ["spectrum/omega", "spectrum/frequency", "sweep_spectrum", "cases/case_1/spectrum", "frequency_response"],
+    "statistics": ["statistics/surface_1"],
+    "sweep": ["sweep"],
+    "uncertainty": ["uncertainty"],
+}
+
+
+def missing(file, reason):
+    """What a file has no data for, with the pictures that it has data for."""
+    there = [kind for kind, choices in DATA.items() if any(all(name in file for name in choice.split()) for choice in choices)]
+    return Unplottable(f"{file.filename}: {reason}" + (f"; it has data for impactbeam-plot {', '.join(there)}" if there else ""))
+
+
 def group_of(file, name, request):
     """A group of the file; if it is not there, what the scene would have had to ask for."""
     if name not in file:
+        whole = file.file
         if ("cases" in file or "sweep" in file) and request.lstrip("&") in file.get("scene", ()):
-            raise Unplottable(f"{file.file.filename}: holds several cases: there is a picture of {request} for a single run")
-        foreign = "" if isinstance(file, h5py.Group) and "scene" in file.file else " (no results file of impactbeam?)"
-        raise Unplottable(f"{file.file.filename}: has no /{name}: its scene has no {request}{foreign}")
+            raise missing(whole, f"holds several cases: there is a picture of {request} for a single run")
+        foreign = "" if "scene" in whole else " (no results file of impactbeam?)"
+        raise missing(whole, f"has no /{name}: its scene has no {request}{foreign}")
     return file[name]
 
 

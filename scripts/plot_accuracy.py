@@ -19,7 +19,7 @@ def read(path):
     with plots.open_results(path) as file:
         group = plots.group_of(file, "frequencies", "&frequencies")
         if "lambda_exact" not in group:
-            raise plots.Unplottable(f"{path}: has no exact values: &frequencies reference was not 'exact'")
+            raise plots.missing(file, "has no exact values: &frequencies reference was not 'exact'")
         exact = group["lambda_exact"][:]
         values = group["lambda"][:]
         names = plots.texts_of(group["column_solver"])

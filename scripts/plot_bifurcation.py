@@ -39,7 +39,7 @@ class Diagram:
             group = plots.group_of(file, "sweep", "&sweep")
             name = f"section_{quantity}_{point}"
             if name not in group:
-                raise plots.Unplottable(f"{path}: has no sections: its scene has no &poincare")
+                raise plots.missing(file, "has no sections: its scene has no &poincare")
             names = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")]
             self.path = path
             self.title = plots.title_of(file)

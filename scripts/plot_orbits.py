@@ -26,7 +26,7 @@ def sections_of(path, parameter, unit, unit_of_tip):
     with plots.open_results(path) as file:
         group = plots.group_of(file, "sweep", "&sweep")
         if "section_displacement_tip" not in group:
-            raise plots.Unplottable(f"{path}: has no sections: its scene has no &poincare")
+            raise plots.missing(file, "has no sections: its scene has no &poincare")
         names = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")]
         name = next((each for each in names if re.fullmatch(rf"(force|base)_\d+_{parameter}(_ratio)?", each)), None)
         if name is None:
@@ -68,7 +68,7 @@ def draw(path, sweep):
     with plots.open_results(path) as file:
         group = plots.group_of(file, "orbit", "&orbit")
         if "branches" not in group.attrs:
-            raise plots.Unplottable(f"{path}: has no branches: its &orbit has no parameter")
+            raise plots.missing(file, "has no branches: its &orbit has no parameter")
         shown = set()
         branches = [group[f"branch_{k}"] for k in range(1, int(np.ravel(group.attrs["branches"])[0]) + 1)]
         greatest = max(abs(plots.values_of(branch, "displacement_tip")).max() for branch in branches)

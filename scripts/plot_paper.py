@@ -324,7 +324,7 @@ def main():
         if found:
             cases.append(found)
     if not pictures:
-        raise plots.Unplottable("none of the files holds cases, shapes or a table of frequencies")
+        raise plots.Unplottable("none of the files holds cases (&cases), shapes over time (&output shape_step) or frequencies (&frequencies)")
     if len(cases) > 1:
         peaks = arguments.out / f"{PEAKS}.png"
         plots.save(draw_peaks([found for found in cases if found.parameter != "stiffness_ratio"] or cases), peaks)

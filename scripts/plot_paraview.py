@@ -26,7 +26,7 @@ class Motion:
             group = plots.group_of(file, "shapes", "&output shape_step")
             self.time = plots.values_of(group, "tau")
             if len(self.time) < 2:
-                raise plots.Unplottable(f"{path}: has the shape at the start only: see &output shape_step")
+                raise plots.missing(file, "has the shape at the start only: see &output shape_step")
             node = group["x"][()]
             places = file["stress/position"][()] if "stress" in file else np.array([])
             self.along = np.unique(np.concatenate([node, places]))

@@ -28,7 +28,8 @@ OF_PLACES = ("moment", "stress")
 # Each history, and the panel that it belongs to
 RECORDS = {"eta_stop": "displacement", "eta_tip": "displacement", "velocity_stop": "velocity", "contact_force": "force"}
 OF_SURFACES = {"eta": "displacement", "velocity": "velocity", "force": "force"}
-NOTHING_RECORDED = "no history was recorded: see &output histories"
+RECORDED_BY = {panel: "&stress" if panel in OF_PLACES else "&output histories" for panel in PANELS}
+NOTHING_RECORDED = "no history that has a picture was recorded: see &output histories"
 IMPACTS = ("impact", "contact")
 # Of more than these neither contacts nor impacts are marked, as they would cover the panel.
 MOST_CONTACTS = 300
@@ -61,11 +62,11 @@ class Response:
     def __init__(self, path, wanted):
         with plots.open_results(path) as file:
             if "cases" in file:
-                raise plots.Unplottable(f"{path}: holds several cases: impactbeam-plot paper draws it")
+                raise plots.missing(file, "holds several cases")
             if "sweep" in file:
-                raise plots.Unplottable(f"{path}: holds a sweep: impactbeam-plot sweep draws it")
+                raise plots.missing(file, "holds a sweep")
             if "response" not in file and "events" in file:
-                raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
+                raise plots.missing(file, NOTHING_RECORDED)
             group = plots.group_of(file, "response", "&response")
             self.path = path
             self.title = plots.title_of(file)
@@ -76,7 +77,7 @@ class Response:
             recorded = [name for name in RECORDS if plots.has(group, name)]
             of_places = [name for name in OF_PLACES if "stress" in file and plots.has(file["stress"], name)]
             if not recorded and not of_places:
-                raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
+                raise plots.missing(file, NOTHING_RECORDED)
             self.tau = self.values(group, "tau")
             self.curves = {name: self.values(group, name) for name in recorded}
             # the unit of each kind of quantity, as it is read
@@ -262,12 +263,17 @@ def put_small_legend_above(axes, handles=None):
                 handlelength=2.0, borderaxespad=0.0, borderpad=0.2)
 
 
+def draw_tip(axes, response):
+    """Displacement of the tip."""
+    return plots.draw_history(axes, response.tau, response.curves["eta_tip"], "tip", color=plots.COLOURS[1], linestyle=plots.DASHES[1],
+                              linewidth=0.9)
+
+
 def draw_displacement(axes, response):
     """Displacement at the stop and, where it differs, at the tip."""
     handles = []
     if "eta_tip" in response.curves and response.tip_differs():
-        handles += plots.draw_history(axes, response.tau, response.curves["eta_tip"], "tip", color=plots.COLOURS[1],
-                                      linestyle=plots.DASHES[1], linewidth=0.9)
+        handles += draw_tip(axes, response)
     if "eta_stop" in response.curves:
         at = "body" if response.shown is not None and response.surfaces[response.shown].stop == 0 else "stop"
         label = at if response.tip_differs() else f"{at} = tip" if response.has_stop or at == "body" else "tip"
@@ -389,6 +395,13 @@ def panels_over_each_other(heights):
     return figure, grid
 
 
+def not_recorded(response, panels):
+    """What would record panels that a file has no data for, and the panels that it has data for."""
+    names = " or ".join(dict.fromkeys(RECORDED_BY[panel] for panel in panels))
+    others = " ".join(panel for panel in PANELS if response.has(panel))
+    return plots.Unplottable(f"{response.path}: no {' and no '.join(panels)} was recorded (see {names}); there is --panels {others}")
+
+
 def draw_several(response, panels):
     """A picture of one response with several stops: a panel for each point, then those of velocity and force."""
     points = {}
@@ -399,7 +412,9 @@ def draw_several(response, panels):
     stops = list(dict.fromkeys(surface.stop for surface in response.surfaces))
     others = []
     for panel in panels:
-        if panel in response.of_places or (panel in ("velocity", "force") and panel in response.surfaces[0].histories):
+        if panel == "displacement" and not points and "eta_tip" in response.curves:
+            others.append((panel, []))
+        elif panel in response.of_places or (panel in ("velocity", "force") and panel in response.surfaces[0].histories):
             # forces of many stops have a panel each
             groups = [[surface for surface in response.surfaces if surface.stop == stop] for stop in stops] \
                 if panel == "force" and len(stops) > 3 else [response.surfaces]
@@ -407,7 +422,7 @@ def draw_several(response, panels):
     bodies = [body for body in response.bodies if "displacement" in panels and "eta" in body.histories]
     count = len(points) + len(bodies) + len(others)
     if count == 0:
-        raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
+        raise not_recorded(response, panels)
     figure, grid = panels_over_each_other([2.2 if count <= 3 else 1.6] * len(bodies) + [1.35] * (count - len(bodies)))
     panes = list(grid[:, 0])
     for axes, body in zip(panes, bodies):
@@ -416,7 +431,9 @@ def draw_several(response, panels):
         draw_point(axes, surfaces, response)
     for axes, (panel, shown) in zip(panes[len(bodies) + len(points):], others):
         label_panel(axes, panel, response)
-        if panel in OF_PLACES:
+        if panel == "displacement":
+            put_small_legend_above(axes, draw_tip(axes, response))
+        elif panel in OF_PLACES:
             draw_places(axes, response, panel)
         else:
             draw_sides(axes, response, panel, shown)
@@ -434,8 +451,7 @@ def draw_one(response, panels):
         return draw_several(response, panels)
     drawn = [panel for panel in panels if response.has(panel)]
     if not drawn:
-        others = " ".join(panel for panel in PANELS if response.has(panel))
-        raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded; draw it with --panels {others}")
+        raise not_recorded(response, panels)
     heights = [2.6 if panel == "displacement" else 1.4 for panel in drawn]
     figure, grid = panels_over_each_other(heights)
     for axes, panel in zip(grid[:, 0], drawn):
@@ -467,7 +483,7 @@ def draw_stack(responses):
         label_panel(axes, "displacement", response, r"$y - d$" if response.is_in_units() else r"$\eta$")
         set_ticks(axes.yaxis, 4)
         if not response.has("displacement"):
-            raise plots.Unplottable(f"{response.path}: no displacement was recorded")
+            raise not_recorded(response, ["displacement"])
         handles.update({handle.get_label(): handle for handle in draw_displacement(axes, response) + legend_of_signs(response)})
         # above the frame, where it covers neither curves nor contacts
         axes.set_title(", ".join(filter(None, [response.title, response.shown_stop()])), loc="right", fontsize="medium", pad=4)
@@ -482,7 +498,7 @@ def draw_overlay(responses):
     handles = []
     for number, response in enumerate(responses):
         if "eta_stop" not in response.curves:
-            raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
+            raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded (&output histories)")
         handles += plots.draw_history(axes, response.tau, response.curves["eta_stop"], **plots.line_of(number))
     label_panel(axes, "displacement", responses[0])
     titles = [", ".join(filter(None, [response.title, response.shown_stop()])) for response in responses]

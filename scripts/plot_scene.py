@@ -79,12 +79,12 @@ class Scene:
     def __init__(self, path):
         with plots.open_results(path) as file:
             if "cases" in file or "sweep" in file:
-                raise plots.Unplottable(f"{path}: holds several cases, no single scene")
+                raise plots.missing(file, "holds several cases, no single scene")
             scene = plots.group_of(file, "scene", "scene")
             if "mesh" not in file:
-                raise plots.Unplottable(f"{path}: holds no single run of the scene, which a picture of the scene needs")
+                raise plots.missing(file, "holds no run of the scene, which its picture needs: see &response")
             if "stop" not in scene and "bodies" not in file:
-                raise plots.Unplottable(f"{path}: its scene has no &stop and no &body")
+                raise plots.missing(file, "its scene has no &stop and no &body")
             self.name, self.title = path.stem, plots.title_of(file)
             scales = scene["scales"].attrs
             self.unit = float(scales["displacement"])

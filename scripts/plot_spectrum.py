@@ -49,7 +49,7 @@ class Run:
             group = plots.group_of(file, "spectrum", "&spectrum")
             self.title = plots.title_of(file)
             if not plots.has(group, "omega"):
-                raise plots.Unplottable(f"{path}: its run has no segments, and so no spectra")
+                raise plots.missing(file, "its run has no segments, and so no spectra")
             self.frequency = plots.values_of(group, "omega")
             self.unit = plots.unit_of(group, "omega")
             self.load = plots.values_of(group, "load_omega") if plots.has(group, "load_omega") else np.array([])

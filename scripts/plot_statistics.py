@@ -32,7 +32,7 @@ class Statistics:
             self.title = plots.title_of(file)
             names = plots.text_of(group["surface"].attrs["flag_meanings"]).split()[1:]
             if not names:
-                raise plots.Unplottable(f"{path}: has no stops and no bodies, so there are no statistics to draw")
+                raise plots.missing(file, "has no stops and no bodies, so there are no statistics to draw")
             # such as "stop 1" with the face "below", "body 1" with "floor"; one that is met from one side may name no face
             words = [name.split("_") for name in names]
             self.owners = [" ".join(word for word in name if word not in FACES) for name in words]

@@ -48,6 +48,15 @@ def run(name, text, **values):
     return FOLDER/f"{name}.h5"
 
 
+def reason_of(path, panels=("displacement",), draw=None):
+    """Why a file has no picture of its response, or another picture."""
+    try:
+        (draw or (lambda path: plot_response.draw_one(plot_response.Response(path, "file"), list(panels))))(path)
+    except plots.Unplottable as reason:
+        return str(reason).replace(f"{path}: ", "")
+    return "drawn"
+
+
 def words_of(figure):
     """All texts of a figure that are not empty."""
     return [text.get_text() for text in figure.findobj(plt.Text) if text.get_text()]
@@ -74,6 +83,25 @@ def check_rest():
         warnings.simplefilter("error")
         figure = plot_response.draw_one(response, ["displacement", "force"])
     assert figure.axes[0].get_ylim()[1] > 1.0 and "no force: 1 below, 1 above, 2 below, 2 above" in words_of(figure)
+
+
+def check_records():
+    """A file without data of a picture says what would record it, and which pictures it has data for."""
+    kinds = {path.stem.removeprefix("plot_") for path in Path(SCRIPTS).glob("plot_*.py")}
+    assert kinds - set(plots.DATA) == {"paraview"} and not set(plots.DATA) - kinds, kinds
+    recorded = WIDE + SHAKEN + "&frequency_response frequency_range = 1, 100, points = 5 /\n&output histories = '{kept}' /\n"
+    for kept in ("none", "acceleration_tip"):
+        assert reason_of(run("none", recorded, force=2, kept=kept)) == "no history that has a picture was recorded: see &output " \
+            "histories; it has data for impactbeam-plot scene, spectrum, statistics"
+    path = run("speed", recorded, force=2, kept="velocity_stop")
+    assert reason_of(path) == "no displacement was recorded (see &output histories); there is --panels velocity", reason_of(path)
+    assert reason_of(path, ["stress"]) == "no stress was recorded (see &stress); there is --panels velocity"
+    assert reason_of(path, draw=lambda path: plot_sweep.Sweep(path, None)) == \
+        "has no /sweep: its scene has no &sweep; it has data for impactbeam-plot response, scene, spectrum, statistics"
+    # with several surfaces too, the tip alone
+    response = plot_response.Response(run("tip", recorded, force=2, kept="displacement_tip"), "file")
+    plot_response.read_alike([response])
+    assert {"tip", "displacement $y - d$ (mm)"} <= set(words_of(plot_response.draw_one(response, ["displacement"])))
 
 
 def check_sweep():
@@ -145,5 +173,6 @@ def check_words():
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update(plots.STYLE)
-    for check in (check_statistics, check_rest, check_sweep, check_cases, check_bifurcation, check_film, check_words):
+    for check in (check_statistics, check_rest, check_records, check_sweep,
+                  check_cases, check_bifurcation, check_film, check_words):
         check()
