@@ -48,6 +48,16 @@ def run(name, text, **values):
     return FOLDER/f"{name}.h5"
 
 
+def box_of(artist):
+    """What an artist covers of its figure, in pixels."""
+    return artist.get_window_extent(artist.figure.canvas.get_renderer())
+
+
+def title_in(axes):
+    """The title of a panel, wherever it stands above it."""
+    return max((axes.title, axes._left_title, axes._right_title), key=lambda text: len(text.get_text()))  # pylint: disable=protected-access
+
+
 def reason_of(path, panels=("displacement",), draw=None):
     """Why a file has no picture of its response, or another picture."""
     try:
@@ -102,6 +112,46 @@ def check_records():
     response = plot_response.Response(run("tip", recorded, force=2, kept="displacement_tip"), "file")
     plot_response.read_alike([response])
     assert {"tip", "displacement $y - d$ (mm)"} <= set(words_of(plot_response.draw_one(response, ["displacement"])))
+
+
+def check_stack():
+    """The legend of a stack has the signs of all panels and stands above the lines of the first title."""
+    stop = "&stop surface_height = 0, initial_height = 1e-3 /\n&response duration_time = {end} /\n"
+    paths = [run(f"stack_{end}", stop, title="Long " + 17*"and longer ", end=end) for end in (1e-4, 0.05)]
+    responses = [plot_response.Response(path, "file") for path in paths]
+    plot_response.read_alike(responses)
+    figure = plot_response.draw_stack(responses)
+    figure.canvas.draw()
+    legend = figure.axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in legend] == ["stop = tip", "impact", "contact"], words_of(figure)
+    titles = [box_of(title_in(axes)) for axes in figure.axes]
+    assert min(box_of(text).y0 for text in legend) >= titles[0].y1 and titles[1].y1 <= box_of(figure.axes[0]).y0
+
+
+def check_frequencies():
+    """The legend covers no point of curves that fall, as of errors that become smaller."""
+    table = SimpleNamespace(title="", unit="Hz", shape=None, labels=["n = 4", "n = 8"], mode=np.arange(1, 9),
+                            frequency=np.ones((8, 2)), error=10.0**-np.arange(8)[:, None]*[1.0, 0.5])
+    plot_frequencies.Table, kept = lambda path: table, plot_frequencies.Table
+    figure = plot_frequencies.draw(None)
+    plot_frequencies.Table = kept
+    figure.canvas.draw()
+    panel = figure.axes[-1]
+    legend = box_of(panel.get_legend())
+    points = np.concatenate([panel.transData.transform(line.get_xydata()) for line in panel.lines])
+    assert not legend.count_contains(points), "a legend on points"
+
+
+def check_peaks():
+    """Titles of several lines are as wide as their panels, and cover no labels of panels above them."""
+    path = run("peaks", "&stop surface_height = 0, initial_height = 1e-3 /\n&response duration_time = 0.05 /\n"
+               "&cases parameter = 'initial_height', values = 1e-3, 2e-3 /\n", title="Long " + 5*"and longer ")
+    figure = plot_paper.draw_peaks(3*[plot_paper.Cases(path)])
+    figure.canvas.draw()
+    for axes in figure.axes[:3]:
+        assert box_of(title_in(axes)).width <= box_of(axes).width, "a title wider than its panel"
+    labels = [box_of(label).y0 for label in figure.axes[0].get_xticklabels() if label.get_text()]
+    assert box_of(title_in(figure.axes[2])).y1 <= min(labels), "a title on labels"
 
 
 def check_sweep():
@@ -173,6 +223,6 @@ def check_words():
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update(plots.STYLE)
-    for check in (check_statistics, check_rest, check_records, check_sweep,
+    for check in (check_statistics, check_rest, check_records, check_stack, check_frequencies, check_peaks, check_sweep,
                   check_cases, check_bifurcation, check_film, check_words):
         check()
