@@ -6,6 +6,7 @@ import os
 import re
 import sys
 import textwrap
+import warnings
 from pathlib import Path
 
 # What the scripts need, by its package of Debian. They import this module before any of it.
@@ -23,6 +24,7 @@ except ImportError as error:
 
 matplotlib.use("Agg")
 
+import matplotlib.font_manager as font_manager
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
 
@@ -41,8 +43,8 @@ NO_DATE = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 ENDINGS = (".png", ".pdf", ".svg")
 
 STYLE = {
-    "font.family": "serif",
-    "font.serif": ["STIXGeneral", "DejaVu Serif"],
+    # The first that has a character draws it.
+    "font.family": ["STIXGeneral", "DejaVu Serif", "DejaVu Sans"],
     "mathtext.fontset": "stix",
     "font.size": 10,
     "axes.labelsize": 10.5,
@@ -232,9 +234,33 @@ def with_unit(words, unit):
     return words if unit in ("", OF_SCENE) else f"{words} ({unit.replace(' ', chr(0xa0))})"
 
 
+def take_fonts_for(text):
+    """Let other fonts of the machine draw what those of the style lack. A line names those that none has."""
+    lacking = {ord(letter) for letter in text if not letter.isspace()}
+    known = [font.fname for font in font_manager.fontManager.ttflist]
+    style = [font_manager.findfont(font_manager.FontProperties(family=[name])) for name in plt.rcParams["font.family"]]
+    for path in [*style, *known, *font_manager.findSystemFonts()]:
+        if not lacking:
+            return
+        try:
+            font = font_manager.get_font(path)
+        except (OSError, RuntimeError):
+            continue
+        if lacking & font.get_charmap().keys() and font.family_name not in plt.rcParams["font.family"]:
+            if path not in known:
+                font_manager.fontManager.addfont(path)
+            plt.rcParams["font.family"] = [*plt.rcParams["font.family"], font.family_name]
+        lacking -= font.get_charmap().keys()
+    warnings.filterwarnings("ignore", "Glyph .* missing from")
+    print(f"{Path(sys.argv[0]).name}: characters of the title are not drawn, as no font of this machine has them: "
+          + "".join(map(chr, sorted(lacking))), file=sys.stderr)
+
+
 def title_of(file):
     """The heading of a scene, in lines that a picture has room for."""
-    return textwrap.fill(as_it_is(text_of(file.attrs.get("title", "")) or Path(file.filename).stem), 84)
+    title = text_of(file.attrs.get("title", "")) or Path(file.filename).stem
+    take_fonts_for(title)
+    return textwrap.fill(as_it_is(title), 84)
 
 
 def legend_of_titles(axes, handles, titles, **options):

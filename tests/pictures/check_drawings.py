@@ -3,6 +3,8 @@
 Scenes with few contacts, none, or none of rigid stops with a limit; long titles; numbers far from 1. No picture is written.
 """
 
+import contextlib
+import io
 import subprocess
 import sys
 import warnings
@@ -154,6 +156,18 @@ def check_peaks():
     assert box_of(title_in(figure.axes[2])).y1 <= min(labels), "a title on labels"
 
 
+def check_fonts():
+    """Characters that the first font lacks are drawn by another one; those that none has are named in one line."""
+    with warnings.catch_warnings(), contextlib.redirect_stderr(io.StringIO()) as said:
+        warnings.simplefilter("error")
+        for title, line in (("\u10e5\u10d0\u10e0\u10d7", ""), ("\U0010fffda", "machine has them: \U0010fffd\n")):
+            with plots.open_results(run("font", WIDE + SHAKEN, force=1, title=title)) as file:
+                figure = plt.figure()
+                figure.suptitle(plots.title_of(file))
+            figure.canvas.draw()
+            assert said.getvalue().endswith(line) and said.getvalue().count("\n") == len(line[:1]), said.getvalue()
+
+
 def check_sweep():
     """The measure that most cases have; words above a legend."""
     sweep = plot_sweep.Sweep(run("driven", WIDE + SHAKEN + "&sweep force_1_amplitude = 1, 2, 3 /\n", force=2), None)
@@ -223,6 +237,6 @@ def check_words():
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update(plots.STYLE)
-    for check in (check_statistics, check_rest, check_records, check_stack, check_frequencies, check_peaks, check_sweep,
+    for check in (check_statistics, check_rest, check_records, check_stack, check_frequencies, check_peaks, check_fonts, check_sweep,
                   check_cases, check_bifurcation, check_film, check_words):
         check()
