@@ -152,6 +152,12 @@ def as_it_is(text):
     return text.replace("$", r"\$")
 
 
+def words_of(name):
+    """A name of results files in the words of the program's tables."""
+    words = {"rms": "RMS", "greatest": "maximum", "least": "minimum"}
+    return " ".join(words.get(word, word) for word in name.split("_"))
+
+
 # What a file in units calls what is tau, eta and omega in others.
 NAMES_IN_UNITS = {"tau": "time", "eta": "displacement", "omega": "frequency"}
 # Prefixes with which a unit is read; an empty one: as it is.

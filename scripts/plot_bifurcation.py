@@ -61,7 +61,7 @@ class Diagram:
                 self.given = "; " + ", ".join(f"{each} = {group[each][()][cases][0]:g}" for each in others)
             factor, unit = plots.reading(np.max(np.abs(group[self.parameter][()])), plots.unit_of(group, self.parameter))
             self.values = factor*group[self.parameter][()][cases]
-            self.labels = [plots.with_unit(each.replace("_", " "), unit if each == self.parameter else plots.unit_of(group, each))
+            self.labels = [plots.with_unit(plots.words_of(each), unit if each == self.parameter else plots.unit_of(group, each))
                            for each in together]
             self.sections = group[name][()][cases]
             self.section_unit = plots.unit_of(group, name)

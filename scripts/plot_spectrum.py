@@ -268,7 +268,7 @@ def draw_map(found):
     axes.tick_params(which="both", color="#ffffff")
     axes.set_xlabel(plots.with_unit("frequency" if found.unit else r"frequency $\omega/\omega_1$", found.unit))
     shown = {found.parameter: (found.values, found.value_unit), **found.partners}
-    axes.set_ylabel("\n".join(plots.with_unit(name.replace("_", " "), "" if unit == "1" else unit)
+    axes.set_ylabel("\n".join(plots.with_unit(plots.words_of(name), "" if unit == "1" else unit)
                               for name, (_, unit) in shown.items()))
     plots.set_ticks_together(axes, "y", [column[order] for column, _ in shown.values()], values)
     axes.set_title(found.title, pad=14)

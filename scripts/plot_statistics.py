@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Plot the statistics of a run for each side of each stop or body: mean and RMS force, share of time in contact and rate of impacts
+"""Plot the statistics of a run for each side of each stop or body: mean and RMS force, share of time in contact and impact rate
 with their 95 % intervals, and below them a histogram of the impacts.
 """
 
@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 
 # Dataset and label
 BARS = {"mean_force": "mean force", "rms_force": "RMS force", "contact_share": "share of time in contact",
-        "impact_rate": "rate of impacts"}
+        "impact_rate": "impact rate"}
 
 # Faces of a stop or body, and what bounds the way of a body
 FACES = {name: {"color": plots.COLOURS[colour], "linestyle": plots.DASHES[dash]}

@@ -134,7 +134,7 @@ class Sweep:
 
     def label_alone(self, name):
         """The name of a parameter on an axis."""
-        return plots.with_unit(SYMBOLS.get(name, name.replace("_", " ")), self.units[name])
+        return plots.with_unit(SYMBOLS.get(name, plots.words_of(name)), self.units[name])
 
     def label(self, name):
         """The same with the names of the parameters that vary together with it."""
@@ -142,7 +142,7 @@ class Sweep:
 
     def measure_label(self):
         """The name of the measure on an axis."""
-        words = MEASURES.get(self.measure, self.measure.replace("_", " "))
+        words = MEASURES.get(self.measure, plots.words_of(self.measure))
         return plots.with_unit(words.split(" $")[0] if self.is_in_units else words, self.units[self.measure])
 
     def case_in_words(self, words, source, index):
@@ -154,7 +154,7 @@ class Sweep:
     def short(self, name):
         """The symbol of a parameter, or its name if it has none."""
         found = SYMBOLS.get(name, "").rsplit(" ", 1)[-1]
-        return found if found.startswith("$") and not self.units[name] else name.replace("_", " ")
+        return found if found.startswith("$") and not self.units[name] else plots.words_of(name)
 
     def best_in_words(self):
         """The best case of the sweep."""
@@ -220,7 +220,7 @@ def held_in_words(sweep, held):
 def without_value_in_words(sweep, values, failed):
     """How many of the cases shown have no value of the measure, and how many of them failed."""
     left, failures = int((~np.isfinite(values)).sum()), int(failed.sum())
-    words = f"{left} of {np.size(values)} cases have no {sweep.measure.replace('_', ' ')} within the run" if left else ""
+    words = f"{left} of {np.size(values)} cases have no {plots.words_of(sweep.measure)} within the run" if left else ""
     return words + (f", {failures} of them failed" if failures else "")
 
 

@@ -172,6 +172,8 @@ def check_sweep():
     """The measure that most cases have; words above a legend."""
     sweep = plot_sweep.Sweep(run("driven", WIDE + SHAKEN + "&sweep force_1_amplitude = 1, 2, 3 /\n", force=2), None)
     assert sweep.measure == "greatest_force", sweep.measure
+    labels = [plot_sweep.Sweep(FOLDER/"driven.h5", name).measure_label() for name in ("rms_force", "greatest_impulse")]
+    assert labels[0].startswith("RMS force (") and labels[1].startswith("maximum impulse ("), labels
     released = "&stop surface_height = 0, initial_height = 1e-3 /\n&response duration_time = 0.019 /\n"
     sweep = plot_sweep.Sweep(run("best", released + "&sweep zeta = 0.001, 0.05, 0.2 /\n&best /\n"), None)
     assert sweep.measure == "settling_time" and np.isnan(sweep.column).any(), sweep.column
