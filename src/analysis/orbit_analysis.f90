@@ -8,7 +8,7 @@ module orbit_analysis
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use orbit_search, only: find_orbits
-   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_names, &
+   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_names, mark_words, &
       mark_torus, orbit_branch_t, orbit_point_t, orbit_study_t
    use point_groups, only: contact_points, put_motion, put_points
    use printable_text, only: joined
@@ -18,6 +18,7 @@ module orbit_analysis
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: scene_t
+   use table_columns, only: print_line
    implicit none (type, external)
    private
    public :: orbit_analysis_t
@@ -155,10 +156,11 @@ contains
       integer :: i, k
 
       associate (orbit => self%study%orbit)
-         write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
+         write (unit, '()')
+         call print_line(unit, '', trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
             orbit%is_stable()))//', of '//counted(orbit%periods, 'load period') &
             //phrase(units, ' of {tau~t} = ', 'time', orbit%period, decimals)//', with ' &
-            //counted(orbit%impacts, 'impact')
+            //counted(orbit%impacts, 'impact'), width=0)
          write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
             counted(orbit%iterations, 'step')//" of Newton's method"
          do i = 1, min(max_shown, size(orbit%multiplier))
@@ -177,7 +179,7 @@ contains
             do i = 1, size(branch%point)
                associate (point => branch%point(i))
                   if (.not. any(point%mark == [mark_fold, mark_doubling, mark_torus, mark_grazing, mark_lost])) cycle
-                  write (unit, '(4x, a)') mark_names(point%mark)//' '//value_of(point)//'   ' &
+                  write (unit, '(4x, a)') mark_words(point%mark)//' '//value_of(point)//'   ' &
                      //crossing_in_words(point)
                end associate
             end do

@@ -14,7 +14,8 @@ module fit_results
    use scene_types, only: scene_t
    use singular_vectors, only: find_singular
    use sweep_plan, only: plan_t
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, print_title, six_digits, &
+      table_t, two_digits
    implicit none (type, external)
    private
    public :: fit_t, write_fit, print_fit, significance, smallest_share, certainty_t, find_certainty, growth_rate, &
@@ -191,7 +192,7 @@ contains
 
       units = units_in(scene)
       own = unit_in(units, observed_table(scene%fit%observed)%quantity)
-      write (unit, '(a)') scene%name//': '//scene%title
+      call print_title(unit, scene%name, scene%title)
       unit_of_time = unit_in(units, 'time')
       if (observed_table(scene%fit%observed)%is_feature) unit_of_time = ''
       call print_line(unit, 'signal', trim(observed_table(scene%fit%observed)%name)//' of '//scene%fit%data//', '// &

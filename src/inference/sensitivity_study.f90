@@ -21,7 +21,8 @@ module sensitivity_study
    use sweep_ranks, only: is_first_rank
    use sweep_settings, only: parameter_t
    use sweep_study, only: plan_run_t, run_plan
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, print_title, six_digits, &
+      table_t, two_digits
    implicit none (type, external)
    private
    public :: run_sensitivity, plan_steps, find_sensitivity, sensitivity_t, print_sensitivity
@@ -302,7 +303,7 @@ contains
       integer :: i, k
 
       units = units_in(scene)
-      write (unit, '(a)') scene%name//': '//scene%title
+      call print_title(unit, scene%name, scene%title)
       allocate (texts(size(scene%sensitivity%parameters)))
       associate (settings => scene%sensitivity, measures => sensitivity%measures)
          do k = 1, size(settings%parameters)

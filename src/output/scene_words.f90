@@ -11,7 +11,7 @@ module scene_words
    use scene_types, only: all_stops, beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, &
       support_settings_t
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names, shape_rectangle
-   use table_columns, only: print_line
+   use table_columns, only: print_line, print_title
    use warning_list, only: warning_names
    implicit none (type, external)
    private
@@ -27,16 +27,11 @@ contains
       !> Positions x/L of the nodes, [0:n]; absent if no motion is computed
       real(wp), intent(in), optional :: node_position(0:)
 
-      character(:), allocatable :: heading
       type(units_t) :: units
       integer :: i
 
       units = units_in(scene)
-      heading = scene%name
-      if (allocated(scene%title)) then
-         if (scene%title /= '') heading = heading//': '//scene%title
-      end if
-      write (unit, '(a)') heading
+      call print_title(unit, scene%name, scene%title)
       call print_line(unit, 'beam', beam_in_words(scene, units))
       if (scene%has_root_group) call print_line(unit, 'root', root_in_words(scene%root, units))
       if (allocated(scene%masses)) then

@@ -8,7 +8,7 @@ module table_columns
    use reader_units, only: choose_prefix, with_decimals
    implicit none (type, external)
    private
-   public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
+   public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, print_title, rows_of
    public :: whole, six_digits, two_digits, percent, all_digits, with_two_digits
 
    character, parameter :: line_end = new_line('a')
@@ -126,6 +126,25 @@ contains
       call add(table, column)
    end subroutine add_numbers
 
+   !> Print the name and the title of a scene, broken into lines of the page width.
+   subroutine print_title(unit, name, title)
+      integer, intent(in) :: unit
+      character(*), intent(in) :: name
+      !> Title; absent or empty: there is none
+      character(*), intent(in), optional :: title
+
+      character(:), allocatable :: words
+      integer :: last
+
+      words = name
+      if (present(title)) then
+         if (title /= '') words = name//': '//title
+      end if
+      last = end_of_line(words, page_width)
+      write (unit, '(a)') trim(words(:last))
+      if (last < len(words)) call print_line(unit, '', words(last + 1:), width=0)
+   end subroutine print_title
+
    !> Print a label and a text, broken into lines of the page width.
    subroutine print_line(unit, label, words, width)
       integer, intent(in) :: unit
@@ -154,7 +173,7 @@ contains
    end subroutine print_line
 
    !> Position at which a text is broken: after the last comma, colon or semicolon that fits, else at the last blank
-   !> that fits, else at the first blank.
+   !> that fits, else at the first blank; never beside an equals sign.
    pure integer function end_of_line(words, width) result(last)
       character(*), intent(in) :: words
       !> Maximum number of characters in a line
@@ -167,7 +186,7 @@ contains
       if (character_count(words) <= width) return
       is_at_comma = .false.
       do i = 2, len(words) - 1
-         if (words(i:i) /= ' ') cycle
+         if (words(i:i) /= ' ' .or. words(i - 1:i - 1) == '=' .or. words(i + 1:i + 1) == '=') cycle
          if (last < len(words) .and. character_count(words(:i - 1)) > width) return
          if (is_at_comma .and. scan(words(i - 1:i - 1), ',:;') == 0) cycle
          is_at_comma = scan(words(i - 1:i - 1), ',:;') > 0

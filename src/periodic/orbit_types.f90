@@ -7,7 +7,8 @@ module orbit_types
    implicit none (type, external)
    private
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
-   public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
+   public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names, &
+      mark_words
 
    ! The following constants are kinds of points of a branch.
    !> Regular point.
@@ -27,6 +28,9 @@ module orbit_types
    !> Names of these kinds in results files.
    character(*), parameter :: mark_names(0:6) = [character(15) :: 'regular', 'fold', 'period_doubling', &
       'neimark_sacker', 'grazing', 'end_of_range', 'lost']
+   !> The same on a terminal.
+   character(*), parameter :: mark_words(0:6) = [character(15) :: 'regular', 'fold', 'period doubling', 'torus', &
+      'grazing', 'end of range', 'lost']
 
    !> A periodic orbit.
    type :: orbit_point_t

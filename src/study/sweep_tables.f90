@@ -15,7 +15,7 @@ module sweep_tables
    use sweep_plan, only: is_at_end, plan_t
    use sweep_progress, only: rate_in_words
    use sweep_settings, only: goal_names
-   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, print_title, six_digits, table_t, whole
    use warning_list, only: warning_over_strength, warning_settling
    implicit none (type, external)
    private
@@ -46,7 +46,7 @@ contains
       integer :: k
 
       units = units_in(scene)
-      write (unit, '(a)') scene%name//': '//scene%title
+      call print_title(unit, scene%name, scene%title)
       allocate (scene_with_warnings, source=scene)
       if (survey%unsettled_count > 0 .and. allocated(scene%warnings)) call add_warning(scene_with_warnings, &
          warning_settling, to_text(survey%unsettled_count)//' of '//to_text(plan%cases) &
