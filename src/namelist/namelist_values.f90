@@ -56,9 +56,8 @@ contains
       !> Unallocated otherwise: the allowed range of the name, which the message then prints, explains the rest
       character(:), allocatable, intent(out), optional :: reason
 
-      ! maximum number of characters of a number, which is the width in the format '(bn, f100.0)' below
+      ! maximum number of characters of a number, which is the width in the format '(f100.0)' below
       integer, parameter :: max_characters = 100
-      character(max_characters) :: buffer
       ! position of the first digit
       integer :: first
       ! position of the letter of the exponent
@@ -106,8 +105,7 @@ contains
             return
          end if
       end associate
-      buffer = text
-      read (buffer, '(bn, f100.0)') value
+      read (text, '(f100.0)') value
    end subroutine read_real
 
    !> Read the exponent of a real; an exponent beyond `exponent_limit` is replaced by this limit, which is beyond all
