@@ -192,7 +192,7 @@ def draw(diagram, quantity):
 
 def main():
     """Read the command line and draw each file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--quantity", choices=list(LABELS), default="displacement")
     parser.add_argument("--point", choices=list(POINTS), default="tip")

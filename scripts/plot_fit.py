@@ -103,7 +103,7 @@ def draw(fit):
 
 def main():
     """Read the command line and draw each file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _fit.png")
     arguments = parser.parse_args()

@@ -205,7 +205,8 @@ def main():
     """Read the command line, draw, write the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+", help="results files of scenes with &precision")
-    parser.add_argument("--error", choices=list(ERRORS), default="history", help="which error of the motion")
+    parser.add_argument("--error", choices=list(ERRORS), default="history", metavar="ERROR",
+                        help=f"which error of the motion: {', '.join(ERRORS)} (default: history)")
     parser.add_argument("--without-modes", action="store_true", help="times without that of the eigen-solve")
     parser.add_argument("--also", nargs="+", action="append", default=[], metavar=("NAME", "SECONDS ERROR"),
                         help="times and errors of another program, in pairs")

@@ -511,8 +511,8 @@ def main():
     """Read the command line, draw, write."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
-    parser.add_argument("--panels", nargs="+", choices=list(PANELS), default=["displacement"],
-                        help="what to plot over each other (default: displacement)")
+    parser.add_argument("--panels", nargs="+", choices=list(PANELS), default=["displacement"], metavar="PANEL",
+                        help=f"what to plot over each other: {', '.join(PANELS)} (default: displacement)")
     parser.add_argument("--layout", choices=["each", "stack", "overlay"], default="each",
                         help="several files: a picture each (default), a panel each, or all curves in one panel")
     parser.add_argument("--units", choices=["file", "scene", "dimensionless"], default="file",

@@ -277,9 +277,10 @@ def draw_map(found):
 
 def main():
     """Read the command line and draw each file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
-    parser.add_argument("--signals", nargs="+", choices=list(plots.SPECTRA), help="which (default all; of a map the first)")
+    parser.add_argument("--signals", nargs="+", choices=list(plots.SPECTRA), metavar="SIGNAL",
+                        help=f"which of {', '.join(plots.SPECTRA)} (default all; of a map the first)")
     parser.add_argument("--density", action="store_true", help="the power spectral density instead of amplitudes")
     parser.add_argument("--response", action="store_true", help="amplitude and phase without contacts, beside spectra in the file")
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _spectrum.png")

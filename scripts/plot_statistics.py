@@ -115,7 +115,7 @@ def draw(statistics):
 
 def main():
     """Read the command line and draw each file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, help="picture; default: beside each file, _statistics.png")
     arguments = parser.parse_args()

@@ -4,7 +4,9 @@ Scenes with few contacts, none, or none of rigid stops with a limit; long titles
 """
 
 import contextlib
+import importlib
 import io
+import os
 import subprocess
 import sys
 import warnings
@@ -206,6 +208,16 @@ def check_bifurcation():
     assert {"frequency (kHz)", "force 1 frequency (kHz)"} <= set(found), found
 
 
+def check_help():
+    """The options of all scripts fit on a terminal."""
+    os.environ["COLUMNS"] = "80"
+    for path in Path(SCRIPTS).glob("plot_*.py"):
+        sys.argv = [path.name, "--help"]
+        with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
+            importlib.import_module(path.stem).main()
+        assert "usage" in said.getvalue() and all(len(line) <= 80 for line in said.getvalue().split("\n")), said.getvalue()
+
+
 def check_film():
     """The legend of seven points stays below the label of the axis above it."""
     figures = []
@@ -240,5 +252,5 @@ if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     plt.rcParams.update(plots.STYLE)
     for check in (check_statistics, check_rest, check_records, check_stack, check_frequencies, check_peaks, check_fonts, check_sweep,
-                  check_cases, check_bifurcation, check_film, check_words):
+                  check_cases, check_bifurcation, check_help, check_film, check_words):
         check()
