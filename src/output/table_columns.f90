@@ -130,7 +130,7 @@ contains
    subroutine print_title(unit, name, title)
       integer, intent(in) :: unit
       character(*), intent(in) :: name
-      !> Title; absent or empty: there is none
+      !> Title; absent, empty or the name: there is none
       character(*), intent(in), optional :: title
 
       character(:), allocatable :: words
@@ -138,7 +138,7 @@ contains
 
       words = name
       if (present(title)) then
-         if (title /= '') words = name//': '//title
+         if (title /= '' .and. title /= name) words = name//': '//title
       end if
       last = end_of_line(words, page_width)
       write (unit, '(a)') trim(words(:last))
