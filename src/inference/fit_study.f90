@@ -147,7 +147,7 @@ contains
          ! events that appear or disappear within a smaller change
          noise = norm2(scene%fit%value - fit%model)/sqrt(real(size(fit%model), wp))
          do k = 1, size(step)
-            step(k) = noise/max(norm2(jacobian(:, k)), tiny(1.0_wp))
+            step(k) = noise/max(norm2(jacobian(:, k)), noise/(fit%maximum(k) - fit%minimum(k)), tiny(1.0_wp))
          end do
       end do
       allocate (relative_noise, source=model%divisor*sqrt(real(size(fit%model), wp))/norm2(model%divisor))
@@ -256,7 +256,7 @@ contains
       end do
       call find_singular(jacobian, .true., singular, vectors, info)
       do k = 1, size(values)
-         edges(:, k) = vectors(:, k)*min(longest, errors*noise/max(singular(k), tiny(1.0_wp)))
+         edges(:, k) = vectors(:, k)*errors*noise/max(singular(k), errors*noise/longest, tiny(1.0_wp))
       end do
    end subroutine find_principal_edges
 
