@@ -415,7 +415,8 @@ contains
       end if
       if (allocated(settings%poincare)) deallocate (settings%poincare)
       if (allocated(settings%spectrum)) deallocate (settings%spectrum)
-      period = 2.0_wp*pi*(lambda1/lowest)**2
+      ! a beam that turns freely has lambda 0
+      period = 2.0_wp*pi*(lambda1/max(lowest, epsilon(1.0_wp)))**2
       associate (response => settings%response)
          response%duration = min(requested%response%duration, real(max_periods, wp)*period)
          response%step = min(response%duration, period)/real(samples, wp)
