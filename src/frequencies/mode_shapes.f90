@@ -6,7 +6,7 @@
 !> meshes that leave the tip at rest to within rounding.
 module mode_shapes
    use beam_model, only: beam_model_t
-   use kinds, only: wp
+   use kinds, only: lambda1, wp
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
@@ -68,7 +68,7 @@ contains
       real(wp), intent(in) :: modes(:, :)
 
       real(wp), allocatable :: product(:)
-      real(wp) :: expected, value
+      real(wp) :: expected, reference, value
       integer :: i, j
 
       allocate (product(size(modes, 1)))
@@ -82,11 +82,14 @@ contains
          call multiply(model%stiffness, modes(:, j), product)
          do i = 1, size(modes, 2)
             expected = merge(1.0_wp, 0.0_wp, i == j)
-            ! a rigid-body rotation about the root has lambda = 0, so its error is relative to the first bending mode
+            ! a rigid-body rotation about the root has lambda = 0, so its error is relative to the first bending mode,
+            ! or, without one, to that of a clamped beam
             if (lambda(i)*lambda(j) > 0.0_wp) then
                value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
             else
-               value = expected + dot_product(modes(:, i), product)/max(lambda(min(2, size(lambda))), lambda(j))**4
+               reference = max(lambda(min(2, size(lambda))), lambda(j))
+               if (.not. reference > 0.0_wp) reference = lambda1
+               value = expected + dot_product(modes(:, i), product)/reference**4
             end if
             quality%stiffness_orthogonality = max(quality%stiffness_orthogonality, abs(value - expected))
          end do
