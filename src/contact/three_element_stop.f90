@@ -29,12 +29,15 @@ contains
       !> Damping ratio c* = c omega1/(3 E Ibar/L^3); 0: the branch bears no force
       real(wp), intent(in) :: damper_ratio
 
+      ! c/k below which the force of the damper in any mode is below the rounding error of that of the spring
+      real(wp), parameter :: min_damper = 1.0e-30_wp
       real(wp) :: branch
 
       branch = branch_ratio*stiffness_ratio
       stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
-      if (branch <= 0.0_wp) return
-      if (damper_ratio <= branch*tiny(1.0_wp)) then
+      ! the force of a weaker branch is below the rounding error of that of the spring
+      if (branch_ratio <= epsilon(1.0_wp)) return
+      if (damper_ratio <= min_damper*stiffness_ratio) then
          ! a damper without resistance: the branch is absent, and without force the surface is undeformed
          stop%relaxation_rate = huge(1.0_wp)
          stop%recovery_rate = huge(1.0_wp)
