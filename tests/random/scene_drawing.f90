@@ -218,6 +218,9 @@ contains
          call drop(draft, 'response', 'step_time')
          call put(draft, 'response', 'duration', to_text(between(0.5_wp, 40.0_wp, .true.)))
          call put(draft, 'response', 'step', to_text(between(0.01_wp, 0.5_wp, .true.)))
+         ! steps of a much shorter run before would record millions of shapes
+         if (has_name(draft, 'output', 'shape_step')) call put(draft, 'output', 'shape_step', &
+            to_text(number_of(draft, 'response', 'duration')/7.0_wp))
       end if
       if (choice < 0.95_wp) call draw_poincare(names, draft)
       if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_orbit(names, draft)
