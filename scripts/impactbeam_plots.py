@@ -252,6 +252,9 @@ def take_fonts_for(text):
             font = font_manager.get_font(path)
         except (OSError, RuntimeError):
             continue
+        # it has every character, drawn as a box
+        if font.family_name.startswith("Last Resort"):
+            continue
         if lacking & font.get_charmap().keys() and font.family_name not in plt.rcParams["font.family"]:
             if path not in known:
                 font_manager.fontManager.addfont(path)

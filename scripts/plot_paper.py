@@ -121,8 +121,8 @@ def draw_cases(cases):
 def draw_peaks(files):
     """Peaks of the rebounds over time, a panel for each parameter (figure 10)."""
     rows = (len(files) + 1) // 2
-    figure, grid = plt.subplots(rows, 2, squeeze=False, sharey=True, figsize=(plots.WIDTH, 2.35 * rows + 0.4),
-                                gridspec_kw={"hspace": 0.32, "wspace": 0.07})
+    figure, grid = plt.subplots(rows, 2, squeeze=False, sharey=True, figsize=(plots.WIDTH, 2.5 * rows + 0.4),
+                                gridspec_kw={"hspace": 0.42, "wspace": 0.07})
     for axes in grid.flat[len(files):]:
         axes.set_visible(False)
     for axes, cases in zip(grid.flat, files):

@@ -473,8 +473,8 @@ def draw_one(response, panels):
 
 def draw_stack(responses):
     """Displacement at the stop of several responses, a panel each."""
-    # room for titles of several lines
-    more = 0.13 * max(response.title.count("\n") for response in responses)
+    # room for titles of several lines, in the spacing of any version of Matplotlib
+    more = 0.19 * max(response.title.count("\n") for response in responses)
     figure, grid = plt.subplots(len(responses), 1, sharex=True, sharey=True, squeeze=False,
                                 figsize=(plots.WIDTH, (1.6 + 1.3 * more) * len(responses) + 0.6), gridspec_kw={"hspace": 0.24 + more})
     handles = {}

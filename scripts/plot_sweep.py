@@ -148,7 +148,9 @@ class Sweep:
     def case_in_words(self, words, source, index):
         """A case with the value of the measure and those of the parameters, with their units."""
         value = plots.quantity(source[self.measure][index], self.units[self.measure])
-        given = ", ".join(f"{self.short(name)} = {plots.quantity(source[name][index], self.units[name])}" for name in self.partners)
+        given = [f"{self.short(name)} = {plots.quantity(source[name][index], self.units[name])}" for name in self.partners]
+        # no line ends within a value
+        given = ", ".join(text.replace(" ", "\u00a0") for text in given)
         return textwrap.fill(f"{words}: {value} at {given}", 64)
 
     def short(self, name):

@@ -184,6 +184,9 @@ def check_sweep():
     panel = figure.axes[0]
     title = next(text for text in panel.findobj(plt.Text) if "within the run" in text.get_text()).get_window_extent()
     assert title.y0 >= panel.get_legend().get_texts()[0].get_window_extent().y1, "words on the legend"
+    several = "&sweep zeta = 0.01, 0.02, restitution = 0.4, 0.5, tip_mass_ratio = 0.1, 0.2, position = 0.9, 1 /\n"
+    best = plot_sweep.Sweep(run("several", released + several + "&best /\n"), None).best_in_words()
+    assert best.count("\u00a0=\u00a0") == 4 and " =" not in best, best
 
 
 def check_cases():
