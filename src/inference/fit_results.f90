@@ -188,7 +188,7 @@ contains
 
       type(table_t) :: table
       type(units_t) :: units
-      character(:), allocatable :: own, unit_of_time
+      character(:), allocatable :: own, unit_of_time, words
 
       units = units_in(scene)
       own = unit_in(units, observed_table(scene%fit%observed)%quantity)
@@ -198,8 +198,9 @@ contains
       call print_line(unit, 'signal', trim(observed_table(scene%fit%observed)%name)//' of '//scene%fit%data//', '// &
          to_text(size(scene%fit%value))//' values from '//with_unit(scene%fit%time(1), unit_of_time) &
          //' to '//with_unit(scene%fit%time(size(scene%fit%time)), unit_of_time))
-      call print_line(unit, 'starts', to_text(size(fit%sums))//', of which '//to_text(fit%agreeing)//' ended here'// &
-         trim(merge(', and        ', '             ', any(ieee_is_nan(fit%sums))))//failures(fit))
+      words = to_text(size(fit%sums))//', of which '//to_text(fit%agreeing)//' ended here'
+      if (any(ieee_is_nan(fit%sums))) words = words//', and '//to_text(count(ieee_is_nan(fit%sums)))//' failed'
+      call print_line(unit, 'starts', words)
       write (unit, '()')
       call add_texts(table, 'parameter', fit%names)
       call add_numbers(table, 'estimate', fit%values, six_digits)
@@ -230,15 +231,6 @@ contains
          call print_line(unit, '', 'the residuals look like noise (probability '//rounded(fit%whiteness)//')')
       end if
    end subroutine print_fit
-
-   !> Number of starts that failed, in words; empty: none.
-   pure function failures(fit) result(words)
-      type(fit_t), intent(in) :: fit
-      character(:), allocatable :: words
-
-      words = ''
-      if (any(ieee_is_nan(fit%sums))) words = ' '//to_text(count(ieee_is_nan(fit%sums)))//' failed'
-   end function failures
 
    !> Print the parameters that the signal does not determine.
    subroutine print_undetermined(unit, plan, fit)

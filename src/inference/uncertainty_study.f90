@@ -17,7 +17,7 @@ module uncertainty_study
    use sweep_best, only: refined_t
    use sweep_file, only: survey_chunks, survey_t, write_sweep, summary_t
    use sweep_plan, only: make_plan, plan_t
-   use sweep_ranks, only: is_first_rank, ranks_in_words
+   use sweep_ranks, only: is_first_rank
    use sweep_study, only: plan_run_t, refuse_only_failures, run_plan, workers_in_words
    use sweep_tables, only: print_sweep
    use table_columns, only: add_numbers, add_texts, print_table, six_digits, table_t, whole, two_digits
@@ -71,7 +71,7 @@ contains
       call refuse_only_failures(plan, survey, error)
       if (job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
-         workers_in_words(run%workers, ranks_in_words()))
+         workers_in_words(run%workers))
       call print_uncertainty(job%unit, units_in(scene), uncertainty)
    end subroutine run_uncertainty
 

@@ -34,16 +34,10 @@ contains
       character(:), allocatable :: frequency_unit
       ! factor from lambda^2 to a frequency in `frequency_unit`
       real(wp) :: hertz
-      integer :: i, rows
+      integer :: rows
 
-      rows = 0
-      if (allocated(table%exact)) rows = size(table%exact)
-      rows = max(rows, maxval([(size(table%columns(i)%lambda), i=1, size(table%columns))]))
-      allocate (lambda(rows, size(table%columns)), exact(rows), source=ieee_value(1.0_wp, ieee_quiet_nan))
-      do i = 1, size(table%columns)
-         lambda(:size(table%columns(i)%lambda), i) = table%columns(i)%lambda
-      end do
-      if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
+      call fill_rows(table, lambda, exact)
+      rows = size(exact)
       call choose_frequency_unit(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
       if (size(table%columns) == 1) then
          call print_column()
@@ -104,6 +98,27 @@ contains
       end subroutine print_meshes
 
    end subroutine print_frequency_table
+
+   !> The values of a table of frequencies. They are NaN if a mesh does not have the mode, if its solver failed, and if
+   !> the exact value is not known.
+   pure subroutine fill_rows(table, lambda, exact)
+      type(frequency_table_t), intent(in) :: table
+      !> lambda_i of each column, [modes, columns]
+      real(wp), allocatable, intent(out) :: lambda(:, :)
+      !> Exact lambda_i, [modes]
+      real(wp), allocatable, intent(out) :: exact(:)
+
+      integer :: i, rows
+
+      rows = 0
+      if (allocated(table%exact)) rows = size(table%exact)
+      rows = max(rows, maxval([(size(table%columns(i)%lambda), i=1, size(table%columns))]))
+      allocate (lambda(rows, size(table%columns)), exact(rows), source=ieee_value(1.0_wp, ieee_quiet_nan))
+      do i = 1, size(table%columns)
+         lambda(:size(table%columns(i)%lambda), i) = table%columns(i)%lambda
+      end do
+      if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
+   end subroutine fill_rows
 
    !> Factor from lambda^2 to a frequency, and the unit of that frequency, chosen to suit the first mode.
    pure subroutine choose_frequency_unit(lambda, units, factor, frequency_unit)
@@ -176,36 +191,24 @@ contains
       character(name_length) :: solver(size(table%columns))
       ! why the solver of a column failed; empty: it succeeded
       character(max_failure_length) :: failure(size(table%columns))
-      integer :: column, columns, elements(size(table%columns)), i, modes, rows
-      real(wp) :: nan, ratio(size(table%columns))
-      real(wp), allocatable :: error(:, :), lambda(:, :), omega(:, :)
+      integer :: column, columns, i
+      real(wp) :: ratio(size(table%columns))
+      real(wp), allocatable :: exact(:), lambda(:, :)
 
       columns = size(table%columns)
-      rows = 0
-      if (allocated(table%exact)) rows = size(table%exact)
-      do column = 1, columns
-         rows = max(rows, size(table%columns(column)%lambda))
-      end do
-      nan = ieee_value(nan, ieee_quiet_nan)
-      allocate (lambda(columns, rows), omega(columns, rows), error(columns, rows), source=nan)
+      call fill_rows(table, lambda, exact)
+      lambda = transpose(lambda)
+      ratio = merge(table%columns%ratio, ieee_value(1.0_wp, ieee_quiet_nan), table%columns%ratio > 0.0_wp)
       do column = 1, columns
          solver(column) = table%columns(column)%solver
          failure(column) = ''
          if (allocated(table%columns(column)%failure)) failure(column) = table%columns(column)%failure
-         elements(column) = table%columns(column)%elements
-         ratio(column) = merge(table%columns(column)%ratio, nan, table%columns(column)%ratio > 0.0_wp)
-         modes = size(table%columns(column)%lambda)
-         lambda(column, :modes) = table%columns(column)%lambda
-         omega(column, :modes) = (table%columns(column)%lambda/lambda1)**2
-         if (.not. allocated(table%exact)) cycle
-         modes = min(modes, size(table%exact))
-         error(column, :modes) = error_in_percent(table%columns(column)%lambda(:modes), table%exact(:modes))
       end do
 
-      call group%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)
+      call group%add('mode', [(i, i=1, size(exact))], '1', 'mode', is_scale=.true.)
       call group%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
       call group%add('column_solver', solver, 'none', 'solver', along='column')
-      call group%add('column_elements', elements, '1', 'number of elements n', along='column')
+      call group%add('column_elements', [table%columns%elements], '1', 'number of elements n', along='column')
       call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1); NaN: nodes as given', &
          along='column')
       call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', &
@@ -213,11 +216,13 @@ contains
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
          'column mode')
       call group%attribute('coordinates', column_coordinates, 'lambda')
-      call group%put('omega', omega, 'frequency', '{circular frequency in omega1~frequency}', 'column mode')
+      call group%put('omega', (lambda/lambda1)**2, 'frequency', '{circular frequency in omega1~frequency}', &
+         'column mode')
       call group%attribute('coordinates', column_coordinates, group%named('omega'))
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
-         call group%add('error', error, 'percent', 'error of lambda against the exact value', 'column mode')
+         call group%add('error', error_in_percent(lambda, spread(exact, 1, columns)), 'percent', &
+            'error of lambda against the exact value', 'column mode')
          call group%attribute('coordinates', column_coordinates, 'error')
       end if
       if (.not. allocated(table%shape)) return

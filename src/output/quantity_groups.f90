@@ -54,10 +54,8 @@ contains
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
 
+      made = self
       made%hdf5_group_t = self%group(name)
-      made%units = self%units
-      made%scales_values = self%scales_values
-      made%symbols_as_units = self%symbols_as_units
    end function subgroup
 
    !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless,
@@ -67,10 +65,8 @@ contains
       !> Whether the scenes differ in their scales, so that no factor converts all values; absent: they do not
       logical, intent(in), optional :: scales_vary
 
-      same%hdf5_group_t = self%hdf5_group_t
-      same%units = self%units
+      same = self
       same%scales_values = .false.
-      same%symbols_as_units = self%symbols_as_units
       if (.not. same%units%are_physical) same%units%factor = 0.0_wp
       if (.not. present(scales_vary)) return
       if (scales_vary) same%units%factor = 0.0_wp

@@ -33,10 +33,9 @@ module quantities
    integer, parameter :: stiffness = 9
    !> Scale 3 E Ibar D / L^3 of loads.
    integer, parameter :: load = 10
-   integer, parameter :: bending_stiffness = 11
-   integer, parameter :: youngs_modulus = 12
+   integer, parameter :: youngs_modulus = 11
    !> Scale of the bending moment, that of Pbar times L
-   integer, parameter :: moment = 13
+   integer, parameter :: moment = 12
    integer, parameter :: scale_count = moment
 
    !> A physical quantity.
@@ -202,7 +201,6 @@ contains
          /(scales%height_ratio*scales%length**3)
       values(stiffness) = 3.0_wp*scales%bending_stiffness/scales%length**3
       values(load) = 3.0_wp*scales%bending_stiffness*scales%displacement/scales%length**3
-      values(bending_stiffness) = scales%bending_stiffness
       values(youngs_modulus) = scales%youngs_modulus
       values(moment) = values(force)*scales%length
    end function scale_values

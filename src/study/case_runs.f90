@@ -17,7 +17,7 @@ module case_runs
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: runner_t, start_runner, set_case, run_case, run_next, case_interface, case_t, run_cases
+   public :: runner_t, start_runner, set_case, run_case, case_interface, case_t, run_cases
 
    !> State of the runs of one thread.
    type :: runner_t
@@ -155,25 +155,6 @@ contains
       call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, selection)
    end subroutine run_case
 
-   !> Set a case and run it.
-   subroutine run_next(runner, values, response, analysed, error, sets, selection)
-      type(runner_t), intent(inout) :: runner
-      !> Values of the parameters
-      real(wp), intent(in) :: values(:)
-      type(response_t), intent(out) :: response
-      !> Analyses of the run with their results; empty if none is requested
-      type(analysed_t), allocatable, intent(out) :: analysed(:)
-      !> Set if the case fails
-      type(failure_t), allocatable, intent(out) :: error
-      !> As for `run_case`
-      type(set_store_t), target, intent(inout), optional :: sets
-      !> As for `run_case`
-      logical, intent(in), optional :: selection
-
-      call set_case(runner, values, error)
-      if (.not. allocated(error)) call run_case(runner, response, analysed, error, sets, selection)
-   end subroutine run_next
-
    !> Run all cases of a scene, in the order of the values. A case that fails does not end the others.
    subroutine run_cases(scene, cases, error)
       !> A scene with &cases
@@ -193,7 +174,8 @@ contains
          call start_runner(scene, scene%output, [parameter], [minval(values)], [maxval(values)], runner)
          allocate (cases(size(values)))
          do i = 1, size(cases)
-            call run_next(runner, [values(i)], cases(i)%response, cases(i)%analysed, failure, sets)
+            call set_case(runner, [values(i)], failure)
+            if (.not. allocated(failure)) call run_case(runner, cases(i)%response, cases(i)%analysed, failure, sets)
             cases(i)%has_run = .not. allocated(failure)
             if (allocated(failure)) then
                cases(i)%reason = trim(parameter%name)//' = '//to_text(values(i))//': '//failure%message

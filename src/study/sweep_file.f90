@@ -22,7 +22,7 @@ module sweep_file
    use sweep_chunks, only: assembled_file, remove_chunk_folder, chunk_rows_t, load_chunk, max_reason_length
    use sweep_plan, only: first_of_chunk, plan_t, section_values
    use sweep_settings, only: design_names, goal_names, varies_scales
-   use sweep_spectra, only: make_spectra, write_spectra, spectra_columns_t
+   use sweep_spectra, only: make_spectra, write_spectra
    implicit none (type, external)
    private
    public :: summary_t, survey_t, survey_chunks, write_sweep
@@ -198,7 +198,7 @@ contains
       type(mesh_errors_t), intent(in), optional :: errors
 
       type(quantity_group_t) :: root, grid, maps, sweep
-      type(spectra_columns_t) :: spectra
+      type(hdf5_column_t), allocatable :: spectra(:)
       type(failure_t), allocatable :: refusal
       character(:), allocatable :: assembled
 
@@ -366,7 +366,7 @@ contains
       type(plan_t), intent(in) :: plan
       !> Whether each measure has a column in /sweep, [measure_count]
       logical, intent(in) :: has_column(:)
-      type(spectra_columns_t), intent(in) :: spectra
+      type(hdf5_column_t), allocatable, intent(in) :: spectra(:)
       !> Set if a chunk cannot be read
       type(failure_t), allocatable, intent(inout) :: error
 

@@ -4,12 +4,11 @@
 module sweep_ranks
    use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: failure_t
-   use number_text, only: to_text
    use rank_calls, only: load_rank_calls, rank_call, rank_call_t
    implicit none (type, external)
    private
    public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, max_of_ranks, queue_t, start_queue, &
-      next_of_queue, serve_queue, clear_queue, finish_queue, ranks_in_words
+      next_of_queue, serve_queue, clear_queue, finish_queue
 
    !> Number of this process, from 0; set once at the start.
    integer, protected :: this_rank = 0
@@ -87,14 +86,6 @@ contains
    logical function is_first_rank()
       is_first_rank = this_rank == 0
    end function is_first_rank
-
-   !> Number of processes in words, such as '2 processes'; empty for one.
-   function ranks_in_words() result(words)
-      character(:), allocatable :: words
-
-      words = ''
-      if (rank_total > 1) words = to_text(rank_total)//' processes'
-   end function ranks_in_words
 
    !> Maximum of a value over all processes.
    integer function max_of_ranks(value)

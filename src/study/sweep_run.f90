@@ -5,7 +5,7 @@ module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
    use analyses, only: analysed_t, of_run
-   use case_runs, only: run_next, runner_t, start_runner
+   use case_runs, only: run_set_case => run_case, runner_t, set_case, start_runner
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
@@ -274,7 +274,8 @@ contains
             return
          end if
       end if
-      call run_next(runner, values, response, analysed, error, sets, of_run)
+      call set_case(runner, values, error)
+      if (.not. allocated(error)) call run_set_case(runner, response, analysed, error, sets, of_run)
       if (allocated(error)) then
          reason = error%message
          return

@@ -11,12 +11,7 @@ module sweep_spectra
    use spectrum_types, only: amplitudes_of, run_spectrum_t
    implicit none (type, external)
    private
-   public :: spectra_columns_t, frequencies_of, spectrum_size, record_spectra, make_spectra, write_spectra
-
-   !> Datasets of the amplitudes of each signal, [frequencies, cases].
-   type :: spectra_columns_t
-      type(hdf5_column_t), allocatable :: amplitude(:)
-   end type spectra_columns_t
+   public :: frequencies_of, spectrum_size, record_spectra, make_spectra, write_spectra
 
 contains
 
@@ -74,7 +69,8 @@ contains
       !> Whether the cases differ in their scales; that of the frequencies is the same for all, because lengths, section
       !> and material of the beam do not vary
       logical, intent(in) :: scales_vary
-      type(spectra_columns_t), intent(out) :: columns
+      !> Datasets of the amplitudes of each signal, [frequencies, cases]
+      type(hdf5_column_t), allocatable, intent(out) :: columns(:)
 
       real(wp), allocatable :: frequency(:)
       integer :: i, k
@@ -83,10 +79,10 @@ contains
       call group%put('omega', frequency, 'frequency', '{omega over omega1~frequency}', is_scale=.true.)
       if (scales_vary) group = group%unscaled(scales_vary)
       call group%put('case', [(i, i=1, cases)], 'number of the case', is_scale=.true.)
-      allocate (columns%amplitude(size(scene%spectrum%of)))
-      do k = 1, size(columns%amplitude)
+      allocate (columns(size(scene%spectrum%of)))
+      do k = 1, size(columns)
          associate (signal => signal_table(scene%spectrum%of(k)))
-            columns%amplitude(k) = group%put_column('amplitude_'//trim(signal%name), [size(frequency), cases], &
+            columns(k) = group%put_column('amplitude_'//trim(signal%name), [size(frequency), cases], &
                trim(signal%quantity), 'amplitude of the '//trim(signal%meaning)//' at each frequency, a row a case', &
                .false., 'case')
          end associate
@@ -95,7 +91,7 @@ contains
 
    !> Write the amplitudes of consecutive cases.
    subroutine write_spectra(columns, first, values)
-      type(spectra_columns_t), intent(in) :: columns
+      type(hdf5_column_t), intent(in) :: columns(:)
       !> Number of the first case
       integer, intent(in) :: first
       !> Amplitudes as `record_spectra` orders them, [amplitudes, cases]
@@ -103,9 +99,9 @@ contains
 
       integer :: k, points
 
-      points = size(values, 1)/size(columns%amplitude)
-      do k = 1, size(columns%amplitude)
-         call columns%amplitude(k)%put(first, reshape(values((k - 1)*points + 1:k*points, :), [points*size(values, 2)]))
+      points = size(values, 1)/size(columns)
+      do k = 1, size(columns)
+         call columns(k)%put(first, reshape(values((k - 1)*points + 1:k*points, :), [points*size(values, 2)]))
       end do
    end subroutine write_spectra
 

@@ -19,7 +19,7 @@ module sweep_study
    use sweep_chunks, only: open_chunk_folder
    use sweep_file, only: survey_chunks, survey_t, write_sweep
    use sweep_plan, only: make_plan, plan_t, plan_text
-   use sweep_ranks, only: max_of_ranks, is_first_rank, ranks_in_words
+   use sweep_ranks, only: max_of_ranks, is_first_rank, rank_count
    use sweep_run, only: run_chunks, sample_plan
    use sweep_settings, only: design_grid, design_latin_hypercube, is_follower, sweep_settings_t, &
       value_count_of
@@ -90,7 +90,7 @@ contains
       call refuse_only_failures(plan, survey, error)
       if (job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, run%computed, run%seconds, &
-         workers_in_words(run%workers, ranks_in_words()))
+         workers_in_words(run%workers))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
@@ -184,14 +184,12 @@ contains
    end function case_count_of
 
    !> Threads and processes in words, such as '2 threads' and '2 threads in each of 4 processes'.
-   pure function workers_in_words(threads, processes) result(words)
+   function workers_in_words(threads) result(words)
       integer, intent(in) :: threads
-      !> Number of processes in words; empty: one process
-      character(*), intent(in) :: processes
       character(:), allocatable :: words
 
       words = to_text(threads)//trim(merge(' thread ', ' threads', threads == 1))
-      if (processes /= '') words = words//' in each of '//processes
+      if (rank_count() > 1) words = words//' in each of '//to_text(rank_count())//' processes'
    end function workers_in_words
 
 end module sweep_study
