@@ -153,6 +153,7 @@ contains
       !> Units of the printed values
       type(units_t), intent(in) :: units
 
+      character(:), allocatable :: words
       integer :: i, k
 
       associate (orbit => self%study%orbit)
@@ -170,8 +171,9 @@ contains
       if (.not. allocated(self%study%branch)) return
       do k = 1, size(self%study%branch)
          associate (branch => self%study%branch(k))
-            write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '// &
-               counted(maxval(branch%point%periods), 'load period')//from_branch(branch%parent)
+            words = 'branch '//to_text(k)//', '//counted(maxval(branch%point%periods), 'load period')
+            if (branch%parent > 0) words = words//', leaves branch '//to_text(branch%parent)
+            write (unit, '(/, 2x, a)') words
             write (unit, '(4x, a)') counted(size(branch%point), 'point')//' from '//value_of(branch%point(1))//' to ' &
                //value_of(branch%point(size(branch%point)))
             if (branch%parent == 0) write (unit, '(4x, a)') 'begins where '//end_in_words(branch, 1)
@@ -230,16 +232,6 @@ contains
          end select
       end associate
    end function end_in_words
-
-   !> Text that names the branch from which a branch bifurcates; empty: there is none.
-   pure function from_branch(parent) result(words)
-      !> Number of the parent branch; 0: there is none
-      integer, intent(in) :: parent
-      character(:), allocatable :: words
-
-      words = ''
-      if (parent > 0) words = ', leaves branch '//to_text(parent)
-   end function from_branch
 
    !> The multiplier that crosses the unit circle at a bifurcation; at other points the largest.
    pure function crossing_in_words(point) result(words)

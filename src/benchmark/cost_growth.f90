@@ -44,15 +44,15 @@ contains
       if (allocated(error)) return
       task%settings = settings_for(integrator_exact, scene%precision, sample_step)
       allocate (study%parts(0))
-      call add_part(task_assembly, events_only(), 'assembly', 0.0_wp)
-      if (.not. allocated(error)) call add_part(task_modes, events_only(), 'modes', 0.0_wp)
-      if (.not. allocated(error)) call add_part(task_motion, events_only(), 'events', 0.0_wp)
+      call add_part(task_assembly, events_only, 'assembly', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_modes, events_only, 'modes', 0.0_wp)
+      if (.not. allocated(error)) call add_part(task_motion, events_only, 'events', 0.0_wp)
       if (allocated(error)) return
       without_histories = study%parts(size(study%parts))%timing%median
       call add_part(task_motion, histories, 'histories', without_histories)
       if (allocated(error)) return
       with_histories = without_histories + study%parts(size(study%parts))%timing%median
-      call add_part(task_motion, histories_and_energy(), 'energy', with_histories)
+      call add_part(task_motion, histories_and_energy, 'energy', with_histories)
 
    contains
 
@@ -158,14 +158,11 @@ contains
       ! time of a task in seconds, and peak memory `before` the computation in bytes
       real(wp) :: seconds, before
       integer, allocatable :: elements(:)
-      ! indices of the last meshes for which all modes (`last_dense`) and the motion in them (`last_motion`) are timed
-      integer :: last_dense, last_motion, i
+      integer :: i
 
       allocate (elements, source=scene%precision%scaling_elements)
       allocate (few_modes(size(elements)), memory(size(elements)), newmark(0), all_modes(0), motion(0), sample(0), &
          modes(0))
-      last_dense = 0
-      last_motion = 0
       do i = 1, size(elements)
          call reset_peak_memory()
          before = peak_memory()
@@ -183,9 +180,7 @@ contains
          call seconds_of(scene%precision, task, task_modes, seconds, error)
          if (allocated(error)) return
          all_modes = [all_modes, seconds]
-         last_dense = i
          if (elements(i) > max_elements_motion) cycle
-         last_motion = i
          task%settings = settings_for(integrator_exact, scene%precision, sample_step)
          task%settings%keep_all_modes = .true.
          call add_motion(task)
@@ -194,9 +189,9 @@ contains
       associate (n => real(elements, wp), mesh => 'elements')
          call add_curve(curves, 'few modes by lanczos, with assembly', mesh, 's', n, few_modes)
          call add_curve(curves, 'memory of few modes, at peak', mesh, 'byte', n, memory)
-         call add_curve(curves, 'newmark, d tau = 0.01', mesh, 's', n(:last_dense), newmark)
-         call add_curve(curves, 'all modes, dense', mesh, 's', n(:last_dense), all_modes)
-         call add_curve(curves, 'exact motion, all modes kept', mesh, 's', n(:last_motion), motion)
+         call add_curve(curves, 'newmark, d tau = 0.01', mesh, 's', n(:size(newmark)), newmark)
+         call add_curve(curves, 'all modes, dense', mesh, 's', n(:size(all_modes)), all_modes)
+         call add_curve(curves, 'exact motion, all modes kept', mesh, 's', n(:size(motion)), motion)
          call add_curve(curves, 'a sample of all histories', 'modes', 's', modes, sample)
       end associate
 
@@ -218,7 +213,7 @@ contains
          motion = [motion, without_samples]
          modes = [modes, real(motion_task%response%mode_check%retained, wp)]
          sample = [sample, (with_samples - without_samples)/real(size(motion_task%response%tau), wp)]
-         motion_task%output = events_only()
+         motion_task%output = events_only
       end subroutine add_motion
    end subroutine add_growth_with_elements
 

@@ -182,7 +182,7 @@ contains
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
       if (allocated(error)) return
       task%action = task_motion
-      task%output = histories_and_energy()
+      task%output = histories_and_energy
       task%output%measures = .true.
       if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
       task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
@@ -379,7 +379,7 @@ contains
          call results_of(task%response, horizon, balance, results, max(every(1), 1))
          entry%errors = difference_of(results, exact)
          entry%errors%energy_balance = balance_error(task%response)/energy_unit(task%response)
-         task%output = events_only()
+         task%output = events_only
          call measure_time(task, scene%precision, entry%run_time, error)
       end if
       ! Newmark's steps on the matrices of the mesh need no modes, so both times are the same

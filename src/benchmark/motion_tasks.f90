@@ -32,6 +32,11 @@ module motion_tasks
    !> Compute frequencies by one solver.
    integer, parameter :: task_solver = 6
 
+   !> Output of events only.
+   type(output_settings_t), parameter :: events_only = output_settings_t(history=.false.)
+   !> Output of the default histories and of the energy balance.
+   type(output_settings_t), parameter :: histories_and_energy = output_settings_t(energy=.true.)
+
    !> A task with its input and its results. `settings` and `output` replace those of the scene in a run.
    type, extends(timed_task_t) :: task_t
       !> Kind of the task, one of the `task_` constants
@@ -77,7 +82,7 @@ contains
       if (present(mass)) task%scene%mesh%mass = mass
       task%elements = elements
       task%ratio = scene%mesh%ratio
-      task%output = events_only()
+      task%output = events_only
       task%action = task_assembly
       call task%run(error)
       if (allocated(error) .or. .not. present(with_modes)) return
@@ -159,17 +164,5 @@ contains
          settings%newmark_beta = 0.0_wp
       end select
    end function settings_for
-
-   !> Output of events only.
-   pure type(output_settings_t) function events_only() result(output)
-
-      output%history = .false.
-   end function events_only
-
-   !> Output of the default histories and of the energy balance.
-   pure type(output_settings_t) function histories_and_energy() result(output)
-
-      output%energy = .true.
-   end function histories_and_energy
 
 end module motion_tasks

@@ -121,7 +121,7 @@ contains
       call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
       task%action = task_run
-      task%output = histories_and_energy()
+      task%output = histories_and_energy
       task%settings = settings_for(integrator_exact, scene%precision, comparison_step)
       call task%run(error)
       if (allocated(error)) return

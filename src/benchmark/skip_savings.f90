@@ -174,20 +174,17 @@ contains
 
       type(output_settings_t) :: output
 
-      output = events_only()
+      output = events_only
       output%history(eta_stop) = .true.
       output%history(eta_tip) = .true.
       output%history(velocity_stop) = .true.
       call compare_events(measured, 'histories of eta', output)
-      output = events_only()
+      output = events_only
       output%history(force_stop) = .true.
       call compare_events(measured, 'history of the contact force', output)
-      output = events_only()
-      output%energy = .true.
-      call compare_events(measured, 'energy balance', output)
-      output = events_only()
-      output%shape_step = shape_step
-      call compare_events(measured, 'shapes, ten per unit of tau', output)
+      call compare_events(measured, 'energy balance', output_settings_t(history=.false., energy=.true.))
+      call compare_events(measured, 'shapes, ten per unit of tau', output_settings_t(history=.false., &
+         shape_step=shape_step))
    end subroutine measure_output
 
    !> Compare reading and checking the scene file (the option --check) with a complete run from the scene file to the
@@ -234,8 +231,8 @@ contains
          saving%difference = max(maxval(abs(a%history(eta_stop)%values(:last) - b%history(eta_stop)%values(:last))), &
             maxval(abs(a%history(eta_tip)%values(:last) - b%history(eta_tip)%values(:last))))
       end associate
-      without%output = events_only()
-      with%output = events_only()
+      without%output = events_only
+      with%output = events_only
       call time_both(measured, without, with, saving)
    end subroutine compare_histories
 

@@ -77,29 +77,15 @@ contains
       !> Ratio of the lengths of neighbouring elements
       real(wp), intent(in) :: ratio
 
-      integer :: i, best
+      ! whether an entry belongs to the solver and the ratio and has a known error
+      logical :: matches(size(entries))
+      integer :: best
 
-      best = 0
-      do i = 1, size(entries)
-         if (.not. matches(entries(i))) cycle
-         if (best == 0) best = i
-         if (entries(i)%first_error < entries(best)%first_error) best = i
-      end do
+      matches = entries%solver == solver .and. abs(entries%ratio - ratio) <= 0.0_wp .and. entries%first_error >= 0.0_wp
       elements = 0
+      best = minloc(entries%first_error, dim=1, mask=matches)
       if (best == 0) return
-      do i = 1, size(entries)
-         if (matches(entries(i)) .and. entries(i)%elements > entries(best)%elements) elements = entries(best)%elements
-      end do
-
-   contains
-
-      !> Whether an entry belongs to the solver and the ratio and has a known error.
-      pure logical function matches(entry) result(belongs)
-         type(solver_entry_t), intent(in) :: entry
-
-         belongs = entry%solver == solver .and. abs(entry%ratio - ratio) <= 0.0_wp .and. entry%first_error >= 0.0_wp
-      end function matches
-
+      if (any(matches .and. entries%elements > entries(best)%elements)) elements = entries(best)%elements
    end function rounding_start
 
 end module solver_precision

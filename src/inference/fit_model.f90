@@ -21,6 +21,7 @@ module fit_model
    implicit none (type, external)
    private
    public :: fit_model_t, start_model, coordinates_of, fit_count, fit_names, max_name_length
+   public :: parameters_of_signal, neutral
 
    !> Maximum length of the name of a parameter.
    integer, parameter :: max_name_length = 48
@@ -56,15 +57,26 @@ module fit_model
       procedure, private :: find_signal_of_run
    end type fit_model_t
 
+   !> Offset, scale and delay that do not change the signal.
+   real(wp), parameter :: neutral(3) = [0.0_wp, 1.0_wp, 0.0_wp]
+
 contains
 
-   !> Number of fitted parameters: those of the sweep, and those of the signal (offset, scale, delay).
+   !> Whether offset, scale and delay of the signal are fitted, after the parameters of the sweep.
+   pure function parameters_of_signal(fit) result(are_fitted)
+      type(fit_settings_t), intent(in) :: fit
+      logical :: are_fitted(3)
+
+      are_fitted = [fit%has_offset, fit%has_scale, fit%max_time_shift > 0.0_wp]
+   end function parameters_of_signal
+
+   !> Number of fitted parameters: those of the sweep, and those of the signal.
    pure integer function fit_count(scene, parameters)
       type(scene_t), intent(in) :: scene
       !> Number of parameters of the sweep
       integer, intent(in) :: parameters
 
-      fit_count = parameters + count([scene%fit%has_offset, scene%fit%has_scale, scene%fit%max_time_shift > 0.0_wp])
+      fit_count = parameters + count(parameters_of_signal(scene%fit))
    end function fit_count
 
    !> Names of the fitted parameters, [fitted parameters].
@@ -76,8 +88,7 @@ contains
       allocate (names(size(plan%axes)))
       names(:) = plan%axes%parameter%name
       names = [character(max_name_length) :: names, pack([character(max_name_length) :: 'signal_offset', &
-         'signal_scale', 'signal_delay'], [scene%fit%has_offset, scene%fit%has_scale, &
-         scene%fit%max_time_shift > 0.0_wp])]
+         'signal_scale', 'signal_delay'], parameters_of_signal(scene%fit))]
    end function fit_names
 
    !> Initialise the model of a scene.
@@ -89,8 +100,8 @@ contains
       type(set_store_t), target, intent(inout) :: sets
       type(fit_model_t), intent(out) :: model
 
-      ! maximum magnitude of the signal
-      real(wp) :: max_signal
+      ! maximum magnitudes of offset, scale and delay of the signal
+      real(wp) :: limits(3)
       integer :: n
 
       model%runner => runner
@@ -99,27 +110,12 @@ contains
       n = size(model%fit%value)
       model%spread = sqrt(sum((model%fit%value - sum(model%fit%value)/real(n, wp))**2)/real(n, wp))
       allocate (model%divisor, source=merge(model%fit%noise_of_value, model%spread, model%fit%noise_of_value > 0.0_wp))
-      allocate (model%minimum(size(plan%axes)), model%maximum(size(plan%axes)), model%is_logarithmic(size(plan%axes)))
-      model%minimum(:) = plan%axes%minimum
-      model%maximum(:) = plan%axes%maximum
-      model%is_logarithmic(:) = plan%axes%is_logarithmic
-      max_signal = maxval(abs(model%fit%value))
-      if (model%fit%has_offset) call add(-10.0_wp*max_signal, 10.0_wp*max_signal)
-      if (model%fit%has_scale) call add(-100.0_wp, 100.0_wp)
-      if (model%fit%max_time_shift > 0.0_wp) call add(-model%fit%max_time_shift, model%fit%max_time_shift)
-
-   contains
-
-      !> Add a parameter of the signal.
-      subroutine add(minimum, maximum)
-         real(wp), intent(in) :: minimum
-         real(wp), intent(in) :: maximum
-
-         model%minimum = [model%minimum, minimum]
-         model%maximum = [model%maximum, maximum]
-         model%is_logarithmic = [model%is_logarithmic, .false.]
-      end subroutine add
-
+      associate (fit => model%fit, are_fitted => parameters_of_signal(model%fit))
+         limits = [10.0_wp*maxval(abs(fit%value)), 100.0_wp, fit%max_time_shift]
+         model%minimum = [plan%axes%minimum, pack(-limits, are_fitted)]
+         model%maximum = [plan%axes%maximum, pack(limits, are_fitted)]
+         model%is_logarithmic = [plan%axes%is_logarithmic, spread(.false., 1, count(are_fitted))]
+      end associate
    end subroutine start_model
 
    !> Parameters within their ranges as functions of unbounded coordinates x; sin x = -1 is the minimum, 1 the maximum.
@@ -190,27 +186,14 @@ contains
       !> Response of the run with its measures
       type(response_t), intent(out), optional :: response_of_run
 
-      real(wp) :: delay, offset, scale
-      integer :: k
+      ! offset, scale and delay
+      real(wp) :: of_signal(3)
+      integer :: n
 
-      k = size(values)
-      delay = 0.0_wp
-      scale = 1.0_wp
-      offset = 0.0_wp
-      if (self%fit%max_time_shift > 0.0_wp) then
-         delay = values(k)
-         k = k - 1
-      end if
-      if (self%fit%has_scale) then
-         scale = values(k)
-         k = k - 1
-      end if
-      if (self%fit%has_offset) then
-         offset = values(k)
-         k = k - 1
-      end if
-      call self%find_signal_of_run(values(:k), self%fit%time(:size(found)) - delay, found, response_of_run)
-      found = offset + scale*found
+      n = size(values) - count(parameters_of_signal(self%fit))
+      of_signal = unpack(values(n + 1:), parameters_of_signal(self%fit), neutral)
+      call self%find_signal_of_run(values(:n), self%fit%time(:size(found)) - of_signal(3), found, response_of_run)
+      found = of_signal(1) + of_signal(2)*found
    end subroutine find_signal
 
    !> Run a case and evaluate the observed quantity at given instants.

@@ -4,7 +4,7 @@
 module fit_start
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use case_runs, only: runner_t
-   use fit_model, only: coordinates_of, fit_count, fit_model_t, start_model
+   use fit_model, only: coordinates_of, fit_count, fit_model_t, neutral, parameters_of_signal, start_model
    use inference_settings, only: observed_table
    use kinds, only: wp
    use least_squares, only: final_tolerance, minimise
@@ -127,14 +127,9 @@ contains
       ! maximum magnitude of a scale at the start, inside the range of +-100 in which it is fitted
       real(wp), parameter :: max_scale = 99.0_wp
       real(wp) :: signal(size(model%fit%value)), measured_mean, model_mean, scale
-      integer :: k, n
+      integer :: n
 
-      parameters(:size(start_values)) = start_values
-      k = size(start_values)
-      if (model%fit%has_offset) parameters(k + 1) = 0.0_wp
-      if (model%fit%has_offset) k = k + 1
-      if (model%fit%has_scale) parameters(k + 1) = 1.0_wp
-      if (model%fit%max_time_shift > 0.0_wp) parameters(size(parameters)) = 0.0_wp
+      parameters = [start_values, pack(neutral, parameters_of_signal(model%fit))]
       if (.not. (model%fit%has_offset .or. model%fit%has_scale)) return
       call model%find_signal(parameters, signal)
       if (allocated(model%reason)) return

@@ -7,7 +7,7 @@ module fit_study
    use checksums, only: checksum_of_numbers
    use failures, only: fail, failure_t, status_run_failed
    use fit_model, only: coordinates_of, fit_count, fit_model_t, fit_names, max_name_length, &
-      start_model
+      parameters_of_signal, start_model
    use fit_results, only: fit_t, print_fit, write_fit, find_certainty, growth_rate, whiteness
    use fit_start, only: extras_of_fit, fit_from
    use inference_settings, only: observed_table
@@ -266,20 +266,19 @@ contains
       type(plan_t), intent(in) :: plan
       character(max_name_length), intent(out) :: names(:)
 
+      ! units of offset, scale and delay
+      character(max_name_length) :: of_signal(3)
       type(units_t) :: units
       integer :: k
 
       units = units_in(scene)
-      names = '1'
       do k = 1, size(plan%axes)
-         if (plan%axes(k)%parameter%quantity /= '') names(k) = scene_unit_of(units, plan%axes(k)%parameter%quantity)
+         names(k) = scene_unit_of(units, plan%axes(k)%parameter%quantity)
       end do
-      k = size(plan%axes)
-      if (scene%fit%has_offset) then
-         k = k + 1
-         names(k) = unit_in(units, observed_table(scene%fit%observed)%quantity)
-      end if
-      if (scene%fit%max_time_shift > 0.0_wp) names(size(names)) = unit_in(units, 'time')
+      of_signal = '1'
+      of_signal(1) = unit_in(units, observed_table(scene%fit%observed)%quantity)
+      of_signal(3) = unit_in(units, 'time')
+      names(size(plan%axes) + 1:) = pack(of_signal, parameters_of_signal(scene%fit))
       where (names == '') names = '1'
    end subroutine name_units
 

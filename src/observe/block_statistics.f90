@@ -115,7 +115,7 @@ contains
 
       associate (edge => blocks%edge, last => ubound(blocks%edge, 1))
          ! the blocks are equally spaced, so this index is right except for rounding
-         blocks_begun = int(min(max((tau - edge(0))/width_of_blocks(blocks), 0.0_wp), real(last, wp)))
+         blocks_begun = int(min(max((tau - edge(0))/((edge(last) - edge(0))/real(last, wp)), 0.0_wp), real(last, wp)))
          do while (blocks_begun <= last)
             if (edge(blocks_begun) > tau) exit
             blocks_begun = blocks_begun + 1
@@ -126,15 +126,6 @@ contains
          end do
       end associate
    end function blocks_begun
-
-   !> Length of a block, tau; all blocks have the same length except for rounding.
-   pure real(wp) function width_of_blocks(blocks) result(width)
-      type(block_sums_t), intent(in) :: blocks
-
-      associate (last => ubound(blocks%edge, 1))
-         width = (blocks%edge(last) - blocks%edge(0))/real(last, wp)
-      end associate
-   end function width_of_blocks
 
    !> Begin impacts at new events, and add the impulses of all new events. The impulse of a capture at the beginning of
    !> a low flight cancels the rebound velocity, so it is negative, that is, directed towards the stop.

@@ -10,7 +10,7 @@ module run_measures
    use kinds, only: wp
    use measure_list, only: first_of_stops, first_peak, first_statistic, force_window, measure_count, measure_status, &
       measure_table, measure_tolerance, peak_count
-   use response_types, only: event_capture, event_contact, event_impact, is_closed_start, is_contact_end, &
+   use response_types, only: event_impact, is_closed_start, is_contact_end, &
       is_contact_start, is_impact, settled_energy, response_t, run_measures_t
    use signal_peaks, only: extreme_search_t, peak_tolerance
    use sorting, only: ascending_order
@@ -288,7 +288,8 @@ contains
          end if
          associate (event => response%events(i))
             if (is_impact(event)) measures%impacts = measures%impacts + 1
-            if (.not. (measures%has_hit_stop .or. is_closed_start(event)) .and. is_arrival(event%kind)) then
+            if (.not. (measures%has_hit_stop .or. is_closed_start(event)) .and. &
+               (event%kind == event_impact .or. is_contact_start(event%kind))) then
                measures%has_hit_stop = .true.
                measures%first_impact_tau = event%tau
                measures%first_impact_velocity = event%velocity_before
@@ -426,13 +427,5 @@ contains
       if (.not. allocated(measures%of_analyses)) return
       where (.not. ieee_is_nan(measures%of_analyses)) row = measures%of_analyses
    end function row_of
-
-   !> Whether a contact closes, if only for an instant, at an event of this kind.
-   elemental logical function is_arrival(kind) result(answer)
-      !> Kind of the event
-      integer, intent(in) :: kind
-
-      answer = kind == event_impact .or. kind == event_capture .or. kind == event_contact
-   end function is_arrival
 
 end module run_measures

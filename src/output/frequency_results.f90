@@ -32,13 +32,17 @@ contains
 
       real(wp), allocatable :: exact(:), lambda(:, :)
       character(:), allocatable :: frequency_unit
-      ! factor from lambda^2 to a frequency in `frequency_unit`
-      real(wp) :: hertz
+      ! factor from lambda^2 to a frequency in `frequency_unit`, and that of the prefix of this unit
+      real(wp) :: hertz, prefix
       integer :: rows
 
       call fill_rows(table, lambda, exact)
       rows = size(exact)
-      call choose_frequency_unit(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
+      hertz = units%factor(quantity_named('frequency'))/lambda1**2
+      ! the prefix of the unit suits the first mode
+      call choose_prefix(hertz*maxval(lambda(:min(1, rows), 1))**2, unit_of(quantity_named('frequency'), units), &
+         prefix, frequency_unit)
+      hertz = prefix*hertz
       if (size(table%columns) == 1) then
          call print_column()
       else
@@ -119,23 +123,6 @@ contains
       end do
       if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
    end subroutine fill_rows
-
-   !> Factor from lambda^2 to a frequency, and the unit of that frequency, chosen to suit the first mode.
-   pure subroutine choose_frequency_unit(lambda, units, factor, frequency_unit)
-      !> Lambda of the first mode, or no element if there is no mode
-      real(wp), intent(in) :: lambda(:)
-      !> Units of the results
-      type(units_t), intent(in) :: units
-      real(wp), intent(out) :: factor
-      character(:), allocatable, intent(out) :: frequency_unit
-
-      ! factor from lambda^2 to a frequency in the unit of the results without prefix
-      real(wp) :: hertz
-
-      hertz = units%factor(quantity_named('frequency'))/lambda1**2
-      call choose_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
-      factor = hertz*factor
-   end subroutine choose_frequency_unit
 
    !> Print the orthogonality errors of the mode shapes, the reason of each failed solver, and why `lanczos` may list
    !> fewer modes than requested.

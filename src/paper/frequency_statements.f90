@@ -56,8 +56,8 @@ contains
          if (allocated(error)) return
          call relative_errors(16, ratios(i), exact, error_16(:, i), error)
          if (allocated(error)) return
-         within_8(i) = real(count_within(error_8(:, i), 0.01_wp), wp)
-         within_16(i) = real(count_within(error_16(:, i), 0.01_wp), wp)
+         within_8(i) = real(count_within(error_8(:, i)), wp)
+         within_16(i) = real(count_within(error_16(:, i)), wp)
          worst(i) = maxval(abs(error_8(:8, i)))
          worst_six(i) = maxval(abs(error_8(:6, i)))
       end do
@@ -146,12 +146,10 @@ contains
    end subroutine relative_errors
 
    !> Number of values before the first that exceeds a limit in magnitude.
-   pure integer function count_within(values, limit) result(number_within)
+   pure integer function count_within(values) result(number_within)
       real(wp), intent(in) :: values(:)
-      !> Limit of the magnitude
-      real(wp), intent(in) :: limit
 
-      number_within = findloc(abs(values) <= limit, .false., dim=1) - 1
+      number_within = findloc(abs(values) <= 0.01_wp, .false., dim=1) - 1
       if (number_within < 0) number_within = size(values)
    end function count_within
 

@@ -245,10 +245,9 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(response_settings_t), intent(inout) :: response
 
-      if (response%keep_all_modes) then
-         call refuse('mode_tolerance', 'does not go with keep_all_modes = .true.')
-         call refuse('accuracy', 'does not go with keep_all_modes = .true.')
-      end if
+      if (response%keep_all_modes .and. (input%has('response', 'mode_tolerance') .or. &
+         input%has('response', 'accuracy'))) call input%complain('response', 'mode_tolerance accuracy', &
+         'does not go with keep_all_modes = .true.')
       if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance') .or. &
          input%has('response', 'accuracy'))) then
          call input%complain('response', 'modes', 'does not go with accuracy, mode_tolerance or keep_all_modes, ' &
@@ -261,16 +260,6 @@ contains
       end if
       response%steps_in_modes = response%method == method_newmark .and. (response%keep_all_modes .or. &
          input%has('response', 'accuracy') .or. input%has('response', 'mode_tolerance'))
-
-   contains
-
-      !> Report a problem of a name of &response if the file gives this name.
-      subroutine refuse(name, problem)
-         character(*), intent(in) :: name
-         character(*), intent(in) :: problem
-
-         if (input%has('response', name)) call input%complain('response', name, problem)
-      end subroutine refuse
    end subroutine check_response
 
    !> Check the number of samples of a run with known duration.

@@ -437,30 +437,18 @@ contains
       !> Component `group` of a measure, or name of a group; the result is true if it is empty or not listed here
       character(*), intent(in) :: group
 
-      select case (group)
-      case ('stress')
-         has = scene%wants_stress
-      case ('statistics')
-         has = scene%wants_statistics
-      case ('steady')
-         ! where cycles of stresses are counted, the window is the whole run
-         has = scene%wants_stress .and. (scene%wants_statistics .or. scene%stress%fatigue_slope > 0.0_wp)
-      case ('fatigue')
-         has = scene%wants_stress .and. scene%stress%fatigue_slope > 0.0_wp
-      case ('relay')
-         has = scene%wants_relay
-      case ('poincare')
-         has = scene%wants_poincare
-      case ('orbit')
-         has = scene%wants_orbit
-      case ('frequency_response')
-         has = scene%wants_frequency_response
-      case ('spectrum')
-         has = scene%wants_spectrum
-      case default
-         has = .true.
-         if (any(group == measured_groups)) has = scene%wants_statistics .and. has_own_statistics(scene, group)
-      end select
+      character(*), parameter :: groups(9) = [character(18) :: 'stress', 'statistics', 'steady', 'fatigue', 'relay', &
+         'poincare', 'orbit', 'frequency_response', 'spectrum']
+      logical :: counts_cycles
+
+      counts_cycles = scene%stress%fatigue_slope > 0.0_wp
+      has = .true.
+      if (any(group == measured_groups)) has = scene%wants_statistics .and. has_own_statistics(scene, group)
+      ! where cycles of stresses are counted, the steady window is the whole run
+      if (any(group == groups)) has = any(group == pack(groups, [scene%wants_stress, scene%wants_statistics, &
+         scene%wants_stress .and. (scene%wants_statistics .or. counts_cycles), scene%wants_stress .and. counts_cycles, &
+         scene%wants_relay, scene%wants_poincare, scene%wants_orbit, scene%wants_frequency_response, &
+         scene%wants_spectrum]))
    end function has_group
 
    !> Whether the scene has a stop, body, floor or ceiling besides others, so that its statistics differ from those of
