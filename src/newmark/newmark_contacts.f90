@@ -179,7 +179,8 @@ contains
                if (contact%is_viscous .and. (contact%status == is_in_contact .or. contact%status == is_unloaded)) then
                   force = spring_damper_force(run, k, state)
                   if (contact%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
-                  if (contact%status == is_unloaded) then
+                  ! the force of a contact that leaves may exceed the release force: it ends in the shortest step
+                  if (contact%status == is_unloaded .and. .not. run%leaves(k)) then
                      if (.not. is_force_free(run, k, state)) call begin_contact(run, k, response)
                   end if
                   if (contact%status == is_in_contact) then

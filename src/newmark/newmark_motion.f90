@@ -286,6 +286,7 @@ contains
          run%closed(n), run%rows(n, n), run%right(n), run%violates(n), run%event_ahead(n), run%arrives(n), &
          run%leaves(n))
       run%event_ahead = .false.
+      run%leaves = .false.
       is_active = active_contacts(contacts, supported%stop_dofs(contacts%stop))
       do k = 1, n
          associate (contact => run%contacts(k))

@@ -276,7 +276,6 @@ contains
       integer :: k
 
       run%arrives = .false.
-      run%leaves = .false.
       associate (state => run%states(run%now))
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k))
