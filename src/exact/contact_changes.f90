@@ -192,12 +192,27 @@ contains
       if (answer) answer = self%states(self%states(k)%opposite)%is_closed
    end function is_blocked
 
-   !> Leave blocked contacts out of the search for the end of a phase.
+   !> Whether closed rigid contacts fix the point of an open compliant contact, such as a body between the beam and its
+   !> floor if a stop holds the beam. The gap is then constant: if it is zero, the signs of its rounding errors mean
+   !> nothing.
+   pure logical function is_fixed(self, k) result(answer)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+
+      real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+
+      associate (state => self%states(k))
+         answer = .not. (state%is_rigid .or. state%is_closed .or. state%is_deformed .or. state%indentation > 0.0_wp)
+      end associate
+      if (answer) answer = all(abs(self%set%constrained%value(:, k)) <= rounding*maxval(abs(self%beam%value(:, k))))
+   end function is_fixed
+
+   !> Leave contacts whose gaps do not change out of the search for the end of a phase.
    pure subroutine skip_blocked(self, limit, searches, is_decided)
       type(phase_state_t), intent(in) :: self
       !> Time from the start of the phase to the end of the run
       real(wp), intent(in) :: limit
-      !> Receives the searches of blocked contacts, [contacts]
+      !> Receives the searches of these contacts, [contacts]
       type(search_t), intent(inout) :: searches(:)
       !> Whether a contact needs no search, [contacts]
       logical, intent(inout) :: is_decided(:)
@@ -205,7 +220,7 @@ contains
       integer :: k
 
       do k = 1, size(is_decided)
-         if (is_decided(k) .or. .not. is_blocked(self, k)) cycle
+         if (is_decided(k) .or. .not. (is_blocked(self, k) .or. is_fixed(self, k))) cycle
          is_decided(k) = .true.
          searches(k) = search_t(outcome=found_none, time=limit, ceiling=0.0_wp)
       end do

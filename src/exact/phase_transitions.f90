@@ -270,6 +270,8 @@ contains
                ! that is decelerated no more than the surface leaves the surface
                if (.not. reaction_demand(self, k, motion) > state%spring%recovery_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
+                  ! a deceleration of zero but for rounding decides nothing; `resolve_touched_contacts` reads its rate
+                  state%is_touched = .not. surface_speed > 0.0_wp
                   return
                end if
             end if
