@@ -162,12 +162,24 @@ contains
       does = accumulator%rest_energy > no_rest
    end function comes_to_rest
 
-   !> Excess of an energy above the energy that counts as decayed, at rest + `settled_energy` (start - at rest).
+   !> Energy at the start above that at rest; 0 if it is a rounding error of these energies.
+   elemental real(wp) function start_excess(accumulator) result(excess)
+      type(accumulator_t), intent(in) :: accumulator
+
+      real(wp), parameter :: rounding = 1.0e-12_wp
+
+      excess = accumulator%start_energy - accumulator%rest_energy
+      if (excess <= rounding*abs(accumulator%rest_energy)) excess = 0.0_wp
+   end function start_excess
+
+   !> Excess of an energy above the energy that counts as decayed, at rest + `settled_energy` (start - at rest); 0 if
+   !> the start is at rest.
    elemental real(wp) function excess_of(accumulator, energy) result(excess)
       type(accumulator_t), intent(in) :: accumulator
       real(wp), intent(in) :: energy
 
-      excess = energy - accumulator%rest_energy - settled_energy*(accumulator%start_energy - accumulator%rest_energy)
+      excess = settled_energy*start_excess(accumulator)
+      if (excess > 0.0_wp) excess = energy - accumulator%rest_energy - excess
    end function excess_of
 
    !> Record that the energy has decayed, or that it exceeds the energy that counts as decayed again.
@@ -240,7 +252,7 @@ contains
       measures%rest_energy = merge(accumulator%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), &
          comes_to_rest(accumulator))
       ! without initial energy the fractions are not defined
-      initial_excess = accumulator%start_energy - accumulator%rest_energy
+      initial_excess = start_excess(accumulator)
       fractions = ieee_value(1.0_wp, ieee_quiet_nan)
       if (initial_excess > 0.0_wp .and. comes_to_rest(accumulator)) then
          fractions = [lost, created, measures%final_energy - accumulator%rest_energy]/initial_excess
