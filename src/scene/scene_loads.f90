@@ -100,9 +100,9 @@ contains
       call table%bind(course%end, name_t('end', 'instant at which it ends, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)), &
          in_units_t('end_time', 'time', 'the same in time'))
-      call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
-         sweep=sweep_t(first + 5, is_in_cases=.true.)), in_units_t('duration_time', 'time', &
-         'length of the pulse, time'))
+      call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', &
+         range_t(1.0e-12_wp, duration_range%maximum), pulse, sweep=sweep_t(first + 5, is_in_cases=.true.)), &
+         in_units_t('duration_time', 'time', 'length of the pulse, time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
