@@ -309,6 +309,8 @@ contains
       integer, intent(in) :: parameters
 
       character(*), parameter :: group = 'fit'
+      ! maximum number of a feature, that of the events of a run
+      real(wp), parameter :: max_number = 1.0e9_wp
       type(signal_t) :: signal
       character(:), allocatable :: file, problem
       integer, allocatable :: inside(:)
@@ -339,9 +341,10 @@ contains
                //to_text(minimum_count))
             return
          else if (observed_table(fit%observed)%is_feature .and. &
-            any(abs(signal%time - anint(signal%time)) > 0.0_wp .or. signal%time < 1.0_wp)) then
+            any(abs(signal%time - anint(signal%time)) > 0.0_wp .or. signal%time < 1.0_wp &
+            .or. signal%time > max_number)) then
             call input%complain(group, 'data', file//': the time_column of '//trim(observed_table(fit%observed)%name) &
-               //' must have their numbers 1, 2, ...')
+               //' must have their numbers 1, 2, ..., at most '//to_text(max_number))
             return
          end if
          if (allocated(fit%time)) deallocate (fit%time, fit%value, fit%noise_of_value)
