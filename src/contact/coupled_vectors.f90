@@ -343,7 +343,7 @@ contains
             vectors%value = first*second + sum(b*right)
             vectors%slope = first + second + sum(left*(m_slope*b)) - sum(vectors%slope_times_right(:n))
             vectors%condition = (abs1(first + second) + sum(abs1(left*(m_slope*b))) &
-               + sum(abs1(vectors%slope_times_right(:n))))/max(abs1(vectors%slope), tiny(1.0_wp))
+               + sum(abs1(vectors%slope_times_right(:n))))/max(abs1(vectors%slope), sqrt(tiny(1.0_wp)))
          end associate
       end associate
 

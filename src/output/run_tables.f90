@@ -256,7 +256,7 @@ contains
          else if (ieee_is_nan(value)) then
             words = 'none'
             if (entry%lead /= '') words = phrase(units, 'not until {tau~t} = ', 'time', duration)
-         else if (entry%is_whole .and. entry%lead /= '' .and. nint(value) == 0) then
+         else if (entry%is_whole .and. entry%lead /= '' .and. abs(value) < 0.5_wp) then
             words = 'none found'
          else
             words = trim(words_in(units, trim(entry%lead)))
