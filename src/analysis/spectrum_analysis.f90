@@ -22,7 +22,7 @@ module spectrum_analysis
    use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, two_digits
    implicit none (type, external)
    private
-   public :: spectrum_analysis_t, line_t, find_lines, line_width, owner_of
+   public :: spectrum_analysis_t, line_t, find_lines, owner_of
 
    !> Minimum amplitude of a line, relative to the amplitude of the strongest line.
    real(wp), parameter :: min_amplitude_ratio = 0.01_wp

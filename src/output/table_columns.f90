@@ -204,22 +204,20 @@ contains
       character(max_heading_length) :: headings(size(table%columns))
       ! first column of the part that is being printed
       integer :: first
-      ! number of lines of the headings
-      integer :: height
+      ! number of lines of the heading of each column
+      integer :: heights(size(table%columns))
       ! last column of the part
       integer :: last
       ! last column that the part has if it grows
       integer :: next
       integer :: i, k, widths(size(table%columns))
 
-      height = 1
       do k = 1, size(widths)
          associate (column => table%columns(k), rows => rows_of(table%columns(k)))
             widths(k) = maxval([0, (character_count(cell_of(column, i)), i=1, rows)])
             headings(k) = broken_heading(column%name, max(short_heading, widths(k)))
-            height = max(height, 1 + occurrences(line_end, headings(k)))
-            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, &
-               1 + occurrences(line_end, headings(k)))])
+            heights(k) = 1 + occurrences(line_end, headings(k))
+            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, heights(k))])
          end associate
       end do
       last = 1
@@ -235,7 +233,7 @@ contains
             if (sum(widths(first:next) + 2) + widths(1) + 2 > page_width) exit
             last = next
          end do
-         do i = 1 - height, rows_of(table%columns(1))
+         do i = 1 - max(heights(1), maxval(heights(first:last))), rows_of(table%columns(1))
             call print_row(i, [1, (k, k=first, last)])
          end do
       end do
@@ -258,7 +256,7 @@ contains
                if (row > 0) then
                   cell = cell_of(column, row)
                else
-                  cell = line_of(heading, row + 1 + occurrences(line_end, heading))
+                  cell = line_of(heading, row + heights(columns(i_column)))
                end if
                if (allocated(column%texts)) cell = left_aligned(cell, width)
                line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell

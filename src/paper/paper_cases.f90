@@ -4,6 +4,7 @@
 !> six definitions: the last exceedance of a level by |eta_c|, the displacement at the stop, or by the energy above
 !> rest, the energy that the motion can still lose.
 module paper_cases
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
    use beam_section, only: section_t, tapered_section
@@ -20,7 +21,7 @@ module paper_cases
    implicit none (type, external)
    private
    public :: outcome_t, find_outcome, end_levels, end_fractions, definition_count, displacement_end, energy_end, &
-      never, sample_step, paper_case_t, variant_t, height_ratio, make_variants, variant_count, coarse, fine, &
+      never, or_nan, sample_step, paper_case_t, variant_t, height_ratio, make_variants, variant_count, coarse, fine, &
       coarse_nodal, paper_nodal, paper_momentum, comparison_variant
 
    !> Mean height hbar/L of the beam in all figures of the paper.
@@ -400,5 +401,13 @@ contains
          stop_settings%damper_ratio = 0.3_wp
       end if
    end function stop_of_case
+
+   !> An instant, or NaN for `never`.
+   elemental real(wp) function or_nan(value) result(number)
+      real(wp), intent(in) :: value
+
+      number = value
+      if (.not. value < never) number = ieee_value(1.0_wp, ieee_quiet_nan)
+   end function or_nan
 
 end module paper_cases

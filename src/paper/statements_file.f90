@@ -3,7 +3,6 @@
 !> the statement is about the end of motion, "reading" the kinds of impulse, "quiet" the settling time, and "spent" the
 !> instant at which 1 percent of the energy is left; "nodal reading" is the replacement of the nodal velocity.
 module statements_file
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
    use failures, only: failure_t
    use file_system, only: kind_nothing, kind_of, load_file, make_folder, replace_file
@@ -11,7 +10,7 @@ module statements_file
    use kinds, only: wp
    use number_text, only: to_text
    use paper_cases, only: variant_count, variant_t, definition_count, displacement_end, end_fractions, end_levels, &
-      energy_end, never
+      energy_end, or_nan
    use paper_series, only: convergence_t, impulse_kinds, series_names, series_t
    use process, only: open_text, text_of
    use quantity_groups, only: quantity_group_t
@@ -25,7 +24,7 @@ module statements_file
    private
    public :: write_statements, refuse_foreign_text
 
-   !> First characters of the text file: the number of the first statement.
+   !> First characters of the text file after blanks: the number of the first statement.
    character(*), parameter :: text_start = '1a  '
 
 contains
@@ -75,7 +74,7 @@ contains
       path = folder//'/'//scene%name//'.txt'
       if (kind_of(path) == kind_nothing) return
       call load_file(path, text, unreadable)
-      if (index(text, text_start) == 1) return
+      if (index(adjustl(text), text_start) == 1) return
       call refuse_foreign(path, 'a table of statements', error)
    end subroutine refuse_foreign_text
 
@@ -170,14 +169,6 @@ contains
       end subroutine add
 
    end subroutine write_series
-
-   !> The value, or NaN for `never`.
-   elemental real(wp) function or_nan(value) result(number)
-      real(wp), intent(in) :: value
-
-      number = value
-      if (.not. value < never) number = ieee_value(1.0_wp, ieee_quiet_nan)
-   end function or_nan
 
    !> Write the convergence of the first example under mesh refinement.
    subroutine write_convergence(group, convergence)

@@ -2,16 +2,18 @@
 !> measured values in every variant of computing motion, and a summary.
 module statements_tables
    use kinds, only: wp
-   use paper_cases, only: variant_count, variant_t, definition_count, displacement_end, energy_end
+   use number_text, only: to_text
+   use paper_cases, only: definition_count, displacement_end, energy_end, or_nan, variant_count, variant_t
    use paper_series, only: impulse_kinds, series_symbols
    use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
    use statements_study, only: study_t
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t
    implicit none (type, external)
    private
    public :: print_statements, print_outcomes
 
-   !> Maximum number of characters in a line, without the margin.
-   integer, parameter :: line_width = 116
+   !> Width of the labels of statements.
+   integer, parameter :: label_width = 4
 
 contains
 
@@ -24,11 +26,11 @@ contains
 
       do i = 1, size(study%statements)
          associate (item => study%statements(i), variants => study%variants)
-            call print_wrapped(unit, trim(item%label), trim(item%text)//' -- '//verdict_in_words(item))
-            call print_wrapped(unit, '', trim(item%measure)//':')
-            call print_wrapped(unit, '', deciding_values_text(item, variants))
-            call print_wrapped(unit, '', item%detail)
-            if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//trim(item%reason)//'.')
+            call print_line(unit, trim(item%label), trim(item%text)//' -- '//verdict_in_words(item), label_width)
+            call print_line(unit, '', trim(item%measure)//':', label_width)
+            call print_line(unit, '', deciding_values_text(item, variants), label_width)
+            call print_line(unit, '', trim(item%detail), label_width)
+            if (item%reason /= '') call print_line(unit, '', 'Why: '//trim(item%reason)//'.', label_width)
             write (unit, '(a)') ''
          end associate
       end do
@@ -45,46 +47,62 @@ contains
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
 
-      integer :: i, k, variant, definition
-      character(14) :: cells(definition_count)
+      character(*), parameter :: endings(definition_count) = [character(7) :: 'eta 5 %', 'eta 2 %', 'eta 1 %', &
+         'E 5 %', 'E 1 %', 'E 0.2 %']
+      type(table_t) :: table
+      character(40), allocatable :: labels(:)
+      integer :: i, k, variant
 
-      associate (c => study%convergence)
-         write (unit, '(/, a)') 'The first example (uniform, zeta = 0.001, eps = 0.6) on finer meshes, exact motion'
-         write (unit, '(a6, a14, a16, 2x, a10, 5a14)') 'n', 'first impact', 'mass in impact', 'reading', 'main peak', &
-            '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
-         do k = 1, size(impulse_kinds)
-            do i = 1, size(c%elements)
-               associate (outcome => c%outcome(i, k))
-                  cells(:2) = [character(14) :: number(outcome%end_tau(displacement_end), 4), &
-                     number(outcome%end_tau(energy_end), 4)]
-                  write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), &
-                     c%outcome(i, 2)%impact_tau, 1.0_wp/c%outcome(i, 2)%inverse_mass, impulse_kinds(k), &
-                     outcome%main_peak, adjustr(cells(:2)), outcome%lost_at_impacts, outcome%created
-               end associate
+      associate (outcome => study%convergence%outcome, elements => study%convergence%elements, &
+         kinds => size(impulse_kinds))
+         write (unit, '()')
+         call print_line(unit, '', 'The first example (uniform, zeta = 0.001, eps = 0.6) on finer meshes, exact '// &
+            'motion', width=0)
+         write (unit, '()')
+         allocate (labels(size(outcome)))
+         do k = 1, kinds
+            do i = 1, size(elements)
+               labels((k - 1)*size(elements) + i) = to_text(elements(i))//', '//impulse_kinds(k)
             end do
          end do
+         call add_texts(table, 'elements, reading', labels)
+         deallocate (labels)
+         call add_numbers(table, 'first impact', [(outcome(:, 2)%impact_tau, k=1, kinds)], 7)
+         call add_numbers(table, 'mass in impact', [(1.0_wp/outcome(:, 2)%inverse_mass, k=1, kinds)], 6)
+         call add_numbers(table, 'main peak', [outcome%main_peak], 6)
+         call add_numbers(table, '|eta| > 2 %', [or_nan(outcome%end_tau(displacement_end))], 4, none='never')
+         call add_numbers(table, 'energy < 1 %', [or_nan(outcome%end_tau(energy_end))], 4, none='never')
+         call add_numbers(table, 'lost, impacts', [outcome%lost_at_impacts], 6)
+         call add_numbers(table, 'created', [outcome%created], 6)
       end associate
-      write (unit, '(/, a)') 'Every case in every way: the end by six definitions (|eta_c| last exceeds a level, '// &
-         'energy above rest'
-      write (unit, '(a)') 'falls to a share), then: highest main rebound, energy lost at impacts and created, part '// &
-         'of the modes'
-      write (unit, '(a)') 'above the second in displacement and velocity of the stop point early in that rebound'
+      call print_table(unit, table)
+      write (unit, '()')
+      call print_line(unit, '', 'Every case in every way: the end by six definitions (|eta_c| last exceeds a '// &
+         'level, energy above rest falls to a share), then: highest main rebound, energy lost at impacts and '// &
+         'created, part of the modes above the second in displacement and velocity of the stop point early in that '// &
+         'rebound', width=0)
       do i = 1, size(study%series)
-         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_symbols(i), 'way                   ', 'eta 5 %', &
-            'eta 2 %', 'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
-         do k = 1, size(study%series(i)%cases)
-            do variant = 1, variant_count
-               associate (outcome => study%series(i)%outcome(k, variant))
-                  do definition = 1, definition_count
-                     cells(definition) = number(outcome%end_tau(definition), 2)
-                  end do
-                  write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%variants(variant)%name, &
-                     (adjustr(cells(definition)(:9)), definition=1, definition_count), outcome%main_peak, &
-                     outcome%lost_at_impacts, outcome%created, outcome%high_mode_displacement, &
-                     outcome%high_mode_velocity
-               end associate
+         associate (series => study%series(i), outcome => study%series(i)%outcome)
+            deallocate (table%columns)
+            allocate (labels(size(series%outcome)))
+            do k = 1, size(series%value)
+               do variant = 1, variant_count
+                  labels((k - 1)*variant_count + variant) = to_text(series%value(k))//', '//study%variants(variant)%name
+               end do
             end do
-         end do
+            call add_texts(table, trim(series_symbols(i))//', way', labels)
+            deallocate (labels)
+            do k = 1, definition_count
+               call add_numbers(table, endings(k), [transpose(or_nan(outcome%end_tau(k)))], 2, none='never')
+            end do
+            call add_numbers(table, 'peak', [transpose(outcome%main_peak)], 4)
+            call add_numbers(table, 'lost', [transpose(outcome%lost_at_impacts)], 4)
+            call add_numbers(table, 'created', [transpose(outcome%created)], 4)
+            call add_numbers(table, 'high eta', [transpose(outcome%high_mode_displacement)], 4)
+            call add_numbers(table, 'high v', [transpose(outcome%high_mode_velocity)], 4)
+         end associate
+         write (unit, '()')
+         call print_table(unit, table)
       end do
    end subroutine print_outcomes
 
@@ -129,34 +147,5 @@ contains
          text = number(value, 4)
       end if
    end function short_text
-
-   !> Print a text in lines of limited width, with a label in the margin of the first line.
-   subroutine print_wrapped(unit, label, text)
-      integer, intent(in) :: unit
-      !> Label in the margin
-      character(*), intent(in) :: label
-      !> Text to be printed
-      character(*), intent(in) :: text
-
-      character(5) :: margin
-      integer :: first, last
-
-      margin = label
-      first = 1
-      do while (first <= len_trim(text))
-         last = len_trim(text)
-         if (last - first + 1 > line_width) then
-            last = first + index(text(first:first + line_width), ' ', back=.true.) - 2
-            if (last < first) last = first + line_width - 1
-         end if
-         write (unit, '(a, 1x, a)') margin, text(first:last)
-         first = last + 1
-         do while (first <= len(text))
-            if (text(first:first) /= ' ') exit
-            first = first + 1
-         end do
-         margin = ''
-      end do
-   end subroutine print_wrapped
 
 end module statements_tables
