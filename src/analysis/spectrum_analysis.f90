@@ -3,11 +3,12 @@
 module spectrum_analysis
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use analysis_types, only: analysis_t
+   use applied_loads, only: courses_of
    use beam_model, only: beam_model_t
    use distributions, only: student_quantile
    use failures, only: failure_t
    use kinds, only: pi, wp
-   use load_settings, only: course_harmonic
+   use load_settings, only: course_harmonic, time_course_t
    use measure_list, only: contact_name, measure_named
    use number_text, only: to_text
    use quantities, only: quantity_named, units_t, words_in
@@ -300,14 +301,12 @@ contains
       type(run_settings_t), intent(in) :: settings
       real(wp), allocatable :: frequency(:)
 
+      type(time_course_t), allocatable :: courses(:)
       real(wp), allocatable :: all(:)
       integer :: i
 
-      allocate (all(0))
-      if (allocated(settings%forces)) all = pack(settings%forces%course%frequency, &
-         settings%forces%course%kind == course_harmonic .and. abs(settings%forces%course%amplitude) > 0.0_wp)
-      if (allocated(settings%bases)) all = [all, pack(settings%bases%course%frequency, &
-         settings%bases%course%kind == course_harmonic .and. abs(settings%bases%course%amplitude) > 0.0_wp)]
+      allocate (courses, source=courses_of(settings))
+      all = pack(courses%frequency, courses%kind == course_harmonic .and. abs(courses%amplitude) > 0.0_wp)
       all = all(ascending_order(all))
       allocate (frequency, source=pack(all, [(all(max(i - 1, 1)) < all(i) .or. i == 1, i=1, size(all))]))
    end function load_frequencies

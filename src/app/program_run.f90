@@ -97,7 +97,7 @@ contains
       call single_threaded_blas()
       call start_ranks(error)
       if (allocated(error)) then
-         call report(run%program, error%message, error%status, run%status)
+         call report(run%program, error, run%status)
          return
       end if
       call run_command_line(run%program, run%status)
@@ -128,30 +128,25 @@ contains
          ! without arguments the help is printed, too
          command%wants_help = size(arguments) == 0
          if (command%wants_help) call print_answers(program, command, unprinted)
-         call report(program, error%message, error%status, status)
-         return
-      end if
-      if (command%wants_version .or. command%wants_help .or. allocated(command%names) &
+      else if (command%wants_version .or. command%wants_help .or. allocated(command%names) &
          .or. allocated(command%template)) then
          call print_answers(program, command, error)
-         if (allocated(error)) call report(program, error%message, error%status, status)
-         return
+         if (.not. allocated(error)) return
+      else
+         call read_scenes(program%number, command%scenes, scenes, error)
+         if (command%estimate .and. .not. allocated(error)) then
+            scenes%mesh%estimate = .true.
+            do i = 1, size(scenes)
+               if (.not. scenes(i)%wants_response) call fail(error, status_bad_input, &
+                  '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
+               problem = problem_with_damping(scenes(i))
+               if (problem /= '') call complain_of_scene(scenes(i), 'damping', 'mode_ratios', problem, error)
+            end do
+         end if
+         if (.not. allocated(error)) call check_memory_needs(program, scenes, command%threads, error)
       end if
-      call read_scenes(program%number, command%scenes, scenes, error)
-      if (command%estimate .and. .not. allocated(error)) then
-         scenes%mesh%estimate = .true.
-         do i = 1, size(scenes)
-            if (allocated(error)) exit
-            if (.not. scenes(i)%wants_response) call fail(error, status_bad_input, &
-               '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
-            problem = problem_with_damping(scenes(i))
-            if (problem /= '' .and. .not. allocated(error)) call complain_of_scene(scenes(i), 'damping', &
-               'mode_ratios', problem, error)
-         end do
-      end if
-      if (.not. allocated(error)) call check_memory_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
-         call report(program, error%message, error%status, status)
+         call report(program, error, status)
          return
       end if
       do i = 1, size(scenes)
@@ -162,7 +157,7 @@ contains
          end if
          if (.not. allocated(error)) cycle
          call locate_failure(scenes(i), error)
-         call report(program, error%message, error%status, status)
+         call report(program, error, status)
       end do
    end subroutine run_command_line
 
@@ -315,17 +310,14 @@ contains
    end subroutine report_valid
 
    !> Print a failure and update the exit status, which is the maximum status of all failures.
-   subroutine report(program, message, failure_status, status)
+   subroutine report(program, error, status)
       type(program_t), intent(in) :: program
-      !> Message of the failure
-      character(*), intent(in) :: message
-      !> Status of the failure
-      integer, intent(in) :: failure_status
+      type(failure_t), intent(in) :: error
       !> Exit status
       integer, intent(inout) :: status
 
-      if (is_first_rank()) write (error_unit, '(a)') name_of_program(program%number)//': '//message
-      status = max(status, failure_status)
+      if (is_first_rank()) write (error_unit, '(a)') name_of_program(program%number)//': '//error%message
+      status = max(status, error%status)
    end subroutine report
 
 end module program_run

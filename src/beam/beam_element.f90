@@ -33,7 +33,7 @@ contains
       end if
       mass = 0.0_wp
       allocate (breakpoint, source=section_breaks(section, length, right_tip_distance))
-      call gauss_rule(points_for_degree(6 + area_degree(section)), point, weight)
+      call gauss_rule((6 + area_degree(section))/2 + 1, point, weight)
       do segment = 1, size(breakpoint) - 1
          width = breakpoint(segment + 1) - breakpoint(segment)
          do i = 1, size(point)
@@ -72,7 +72,7 @@ contains
       end if
       stiffness = 0.0_wp
       allocate (breakpoint, source=section_breaks(section, length, right_tip_distance))
-      call gauss_rule(points_for_degree(2 + inertia_degree(section)), point, weight)
+      call gauss_rule((2 + inertia_degree(section))/2 + 1, point, weight)
       do segment = 1, size(breakpoint) - 1
          width = breakpoint(segment + 1) - breakpoint(segment)
          do i = 1, size(point)
@@ -214,14 +214,6 @@ contains
       allocate (xi, source=1.0_wp - (section%tip_distance - right_tip_distance)/length)
       allocate (breakpoint, source=[0.0_wp, pack(xi, xi > 1.0e-12_wp .and. xi < 1.0_wp - 1.0e-12_wp), 1.0_wp])
    end function section_breaks
-
-   !> Number of Gauss points that integrates a polynomial of a given degree exactly.
-   pure integer function points_for_degree(degree) result(points)
-      !> Degree of the integrand
-      integer, intent(in) :: degree
-
-      points = degree/2 + 1
-   end function points_for_degree
 
    !> Gauss-Legendre rule on (0, 1).
    pure subroutine gauss_rule(points, point, weight)

@@ -17,7 +17,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, recorded_point_t, make_beam_model, element_dofs, &
-      is_mechanism, moves_freely, node_dofs, has_pinned_root, constrain_supports, static_shape, complete_model, &
+      is_mechanism, moves_freely, node_dofs, constrain_supports, static_shape, complete_model, &
       beam_alone
 
    !> A support along the beam, a bilateral constraint or a spring on one degree of freedom.
@@ -225,18 +225,11 @@ contains
       if (node > 0) dofs = [2*node - 1, 2*node]
    end function node_dofs
 
-   !> Whether the root is pinned, so that the beam without its supports has a rigid-body rotation about the root.
-   pure logical function has_pinned_root(model) result(answer)
-      type(beam_model_t), intent(in) :: model
-
-      answer = model%root%is_pinned
-   end function has_pinned_root
-
    !> Whether the beam with its supports has a rigid-body rotation about the root.
    pure logical function is_mechanism(model) result(answer)
       type(beam_model_t), intent(in) :: model
 
-      answer = has_pinned_root(model) .and. size(model%supports) == 0
+      answer = model%root%is_pinned .and. size(model%supports) == 0
    end function is_mechanism
 
    !> Whether a part of the model can move without strain.

@@ -84,29 +84,20 @@ contains
       type(contact_t), allocatable :: contacts(:)
 
       type(stop_settings_t), allocatable :: stops(:)
-      type(contact_t) :: contact
-      integer :: i, place, total
+      integer :: i, place, side, total
 
       allocate (stops, source=stops_of(settings))
       allocate (contacts(2*size(stops)))
       total = 0
       do i = 1, size(stops)
-         contact = contact_t(stop=i, height=stops(i)%preload, is_fixed=stops(i)%partner == 0, settings=stops(i))
-         if (stops(i)%side /= side_above) then
-            contact%sign = 1.0_wp
-            contact%is_release_contact = i == settings%release_stop
+         do side = side_below, side_above
+            if (all(stops(i)%side /= [side, side_both])) cycle
             total = total + 1
-            contact%number = total
-            contacts(total) = contact
-         end if
-         if (stops(i)%side /= side_below) then
-            contact%sign = -1.0_wp
             ! from a stop on both sides the beam is released at the lower contact
-            contact%is_release_contact = i == settings%release_stop .and. stops(i)%side /= side_both
-            total = total + 1
-            contact%number = total
-            contacts(total) = contact
-         end if
+            contacts(total) = contact_t(stop=i, number=total, sign=merge(1.0_wp, -1.0_wp, side == side_below), &
+               height=stops(i)%preload, is_release_contact=i == settings%release_stop .and. (side == side_below &
+               .or. stops(i)%side == side_above), is_fixed=stops(i)%partner == 0, settings=stops(i))
+         end do
       end do
       if (total < size(contacts)) contacts = contacts(:total)
       if (total == 1) return

@@ -5,7 +5,7 @@
 !> cancellation in a determinant exceeds double precision.
 module bessel_functions
    use, intrinsic :: iso_fortran_env, only: real128
-   use kinds, only: i8, wp
+   use kinds, only: i8, pi, wp
    implicit none (type, external)
    private
    public :: qp, pi_quad, bessel_i_scaled, bessel_k_scaled, bessel_i_scaled_quad, bessel_k_scaled_quad
@@ -92,7 +92,6 @@ contains
       !> Argument, >= max(5, n^2)
       real(wp), intent(in) :: x
 
-      real(wp), parameter :: pi = acos(-1.0_wp)
       real(wp) :: exponent, step
       integer(i8) :: intervals, k
 

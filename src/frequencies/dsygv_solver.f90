@@ -3,7 +3,7 @@
 !> The lowest modes depend on the smallest eigenvalues of K, which the cancellation in its assembly changes by more the
 !> finer the mesh is. The solver `natural_solver` does not lose these digits.
 module dsygv_solver
-   use beam_model, only: beam_model_t, has_pinned_root
+   use beam_model, only: beam_model_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use lapack_interfaces, only: dsygv, lapack_message
@@ -57,7 +57,7 @@ contains
          return
       end if
       first = 1
-      if (has_pinned_root(model) .and. size(model%supports) == 0) then
+      if (model%root%is_pinned .and. size(model%supports) == 0) then
          ! the eigenvalue of the rigid-body rotation about the root is 0, but DSYGV returns rounding errors
          first = 2
          eigenvalue(1) = 0.0_wp
@@ -108,7 +108,7 @@ contains
       !> All lambda_i^4 except that of a rigid-body rotation about the root
       real(wp), intent(in) :: eigenvalue(:)
 
-      if (size(model%supports) > 0 .or. has_pinned_root(model)) then
+      if (size(model%supports) > 0 .or. model%root%is_pinned) then
          ! the relative error of lambda^4 is four times that of lambda
          answer = epsilon(1.0_wp)*eigenvalue(size(eigenvalue)) <= 4.0_wp*max_error*eigenvalue(1)
       else

@@ -57,7 +57,7 @@ contains
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(supported_beam_t) :: beam
-      real(wp), allocatable :: deflection(:, :), direction(:), motion(:), vectors(:, :)
+      real(wp), allocatable :: deflection(:, :), direction(:), vectors(:, :)
       integer :: mode, rigid
 
       if (count < 0 .or. count > model%mesh%elements) then
@@ -76,9 +76,8 @@ contains
       if (.not. present(modes)) return
       allocate (modes(beam%dofs, count))
       if (rigid > 0) then
-         allocate (direction(beam%rows), motion(beam%dofs))
-         call rigid_rotation(beam%natural, direction, motion)
-         modes(:, 1) = motion
+         allocate (direction(beam%rows))
+         call rigid_rotation(beam%natural, direction, modes(:, 1))
       end if
       do mode = rigid + 1, count
          call displace(beam, vectors(:, mode - rigid), modes(:, mode))

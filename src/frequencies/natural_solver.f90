@@ -5,7 +5,7 @@
 !> under a heavy tip mass or with short elements at the clamp loses digits of the highest modes (n = 16: relative error
 !> 2e-13 for a tip mass of 1e6 rho Abar L, 2e-12 for a length ratio of 0.7; with DGEJSV at most 1e-14).
 module natural_solver
-   use beam_model, only: beam_model_t, has_pinned_root
+   use beam_model, only: beam_model_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dpotrf, dtrsm, lapack_message
@@ -50,15 +50,15 @@ contains
          call fail(error, status_run_failed, 'natural solver: more modes requested than the mesh has')
          return
       end if
-      rigid = merge(1, 0, has_pinned_root(model) .and. count > 0)
+      rigid = merge(1, 0, model%root%is_pinned .and. count > 0)
       bending = count - rigid
-      if (has_pinned_root(model)) then
+      if (model%root%is_pinned) then
          call pinned_flexibility(natural, flexibility, nodal)
       else
          call find_flexibility(natural, flexibility, nodal)
       end if
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
-      if (has_pinned_root(model)) call remove_rotation(natural, flexibility, nodal)
+      if (model%root%is_pinned) call remove_rotation(natural, flexibility, nodal)
       if (model%has_massless_node) then
          allocate (unit(natural%dofs), source=0.0_wp)
          unit(2*model%mesh%redistributed_node - 1) = 1.0_wp

@@ -17,7 +17,7 @@
 !> therefore computed by the sums that give B q, with the rounding error of displacements, and a multiple of the
 !> deflection under a force at the support is subtracted from B q so that the displacement satisfies the constraint.
 module support_coordinates
-   use beam_model, only: beam_model_t, has_pinned_root
+   use beam_model, only: beam_model_t
    use kinds, only: wp
    use natural_coordinates, only: coordinates_of_forces, coordinates_of_shape, deflect, deflect_transposed, &
       make_natural_beam, natural_beam_t, nodal_displacements, rows_of_unit_displacement
@@ -90,14 +90,14 @@ contains
          beam%sprung_dofs = pack(supports%dof, supports%stiffness > 0.0_wp)
          beam%sqrt_stiffness = sqrt(pack(supports%stiffness, supports%stiffness > 0.0_wp))
          beam%order = beam%natural%order + size(beam%sprung_dofs)
-         weighted = merge(1, 0, model%is_redistributed) + merge(1, 0, has_pinned_root(model))
+         weighted = merge(1, 0, model%is_redistributed) + merge(1, 0, model%root%is_pinned)
          allocate (beam%motion_rows(beam%rows, weighted), beam%motion_dofs(beam%dofs, weighted), &
             beam%weight(beam%order, weighted), source=0.0_wp)
          allocate (beam%constraint(weighted))
          allocate (beam%excluded(beam%order, 0))
          if (model%is_redistributed) call continue_displacement(model, beam)
          rotation_support = 0
-         if (has_pinned_root(model)) call add_rotation(model, beam, rotation_support)
+         if (model%root%is_pinned) call add_rotation(model, beam, rotation_support)
          call exclude_supports(model, rotation_support, beam)
       end associate
       beam%free = beam%order - size(beam%excluded, 2)

@@ -6,7 +6,7 @@
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
    use beam_model, only: beam_model_t
-   use kinds, only: lambda1_power4, wp
+   use kinds, only: lambda1_power4, pi, wp
    use load_courses, only: acceleration_of
    use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
    use point_forces, only: slow_frequency
@@ -231,7 +231,6 @@ contains
    pure subroutine find_frequencies(loads)
       type(applied_loads_t), intent(inout) :: loads
 
-      real(wp), parameter :: pi = acos(-1.0_wp)
       integer :: g
 
       allocate (loads%frequency(loads%count), source=0.0_wp)

@@ -223,7 +223,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: deflection(:, :)
-      real(wp) :: direction(beam%rows), motion(beam%dofs)
+      real(wp) :: direction(beam%rows)
       integer :: rigid_modes
 
       rigid_modes = merge(1, 0, is_mechanism(model))
@@ -231,10 +231,7 @@ contains
       if (allocated(error)) return
       allocate (modes%lambda(rigid_modes), source=0.0_wp)
       allocate (modes%mode(beam%dofs, rigid_modes))
-      if (rigid_modes > 0) then
-         call rigid_rotation(beam%natural, direction, motion)
-         modes%mode(:, 1) = motion
-      end if
+      if (rigid_modes > 0) call rigid_rotation(beam%natural, direction, modes%mode(:, 1))
       call append(model, beam, vectors, deflection, modes)
    end subroutine find_lowest
 

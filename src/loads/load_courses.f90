@@ -1,14 +1,13 @@
 !> Time courses of loads in segments: in each segment a constant, a slope and a harmonic (docs/theory.md, section 18).
 module load_courses
    use cubic_splines, only: spline_curvature
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_pulse, course_step, &
       course_table, pulse_half_sine, time_course_t
    implicit none (type, external)
    private
    public :: load_segment_t, load_segment_at, value_at, acceleration_of
 
-   real(wp), parameter :: pi = acos(-1.0_wp)
 
    !> Circular frequency below which a harmonic is followed by its tangents.
    real(wp), parameter :: lowest_harmonic = 1e-10_wp

@@ -155,7 +155,6 @@ contains
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
 
-      real(wp), allocatable :: ratio(:)
       integer, allocatable :: order(:)
       integer :: i, total
 
@@ -170,9 +169,7 @@ contains
       ! 1: the beam does not start in a mode, or `check_mode_of_start` refuses the mode
       settings%start%mode = max(findloc(order, settings%start%mode, dim=1), 1)
       if (.not. allocated(settings%mode_ratios)) return
-      allocate (ratio, source=settings%mode_ratios)
-      deallocate (settings%mode_ratios)
-      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, total)])
+      settings%mode_ratios = settings%mode_ratios([(min(order(i), size(settings%mode_ratios)), i=1, total)])
    end subroutine select_modes
 
 end module mode_choice

@@ -3,7 +3,7 @@
 !> of the motion, impacts per period, and the Lyapunov exponent (docs/theory.md, section 21).
 module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use motion_intervals, only: interval_t, observed_contact_t, output_row_t
    use response_types, only: is_impact, response_t
    use run_settings, only: run_settings_t
@@ -174,11 +174,9 @@ contains
          !> Displacements and velocities, [2, points, sections]
          real(wp), intent(in) :: states(:, :, :)
 
-         real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
-
          max_size = 0.0_wp
          if (size(states) == 0) return
-         max_size = max(maxval(abs(states(1, :, :))), maxval(abs(states(2, :, :)))*sections%period/two_pi)
+         max_size = max(maxval(abs(states(1, :, :))), maxval(abs(states(2, :, :)))*sections%period/(2.0_wp*pi))
       end function size_of
    end subroutine find_period
 

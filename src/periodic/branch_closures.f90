@@ -2,7 +2,7 @@
 !> Both are detected from the section values, i.e. displacement and velocity of the tip at sections of phase 0
 !> (docs/theory.md, section 22).
 module branch_closures
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use orbit_types, only: orbit_point_t
    implicit none (type, external)
    private
@@ -145,9 +145,7 @@ contains
       real(wp), intent(in) :: tip(2)
       real(wp) :: velocities(2)
 
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
-
-      velocities = [one_turn/point%period*tip(1), tip(2)]
+      velocities = [2.0_wp*pi/point%period*tip(1), tip(2)]
    end function as_velocities
 
    !> Whether a complex pair of multipliers is on the unit circle. The test function of a torus also vanishes for two

@@ -117,6 +117,9 @@ contains
 
       type(initial_state_t) :: start
       type(response_t) :: response
+      ! samples of a history from phase 0 on, whose sample at the start is that at the end of the period
+      integer, allocatable :: from_phase_0(:)
+      integer :: k
 
       start = initial
       if (map%section_phase > 0.0_wp) then
@@ -129,36 +132,12 @@ contains
       if (allocated(error)) return
       associate (sections => response%sections)
          study%tau = [0.0_wp, sections%tau]
-         study%tip = from_phase_0(sections%displacement(1, 0, :))
-         study%tip_velocity = from_phase_0(sections%displacement(2, 0, :))
-         study%stop = of_contacts(sections%contact(1, :, :))
-         study%stop_velocity = of_contacts(sections%contact(2, :, :))
+         from_phase_0 = [size(sections%tau), (k, k=1, size(sections%tau))]
+         study%tip = sections%displacement(1, 0, from_phase_0)
+         study%tip_velocity = sections%displacement(2, 0, from_phase_0)
+         study%stop = sections%contact(1, :, from_phase_0)
+         study%stop_velocity = sections%contact(2, :, from_phase_0)
       end associate
-
-   contains
-
-      !> A history from phase 0 on, whose sample at the start is that at the end of the period.
-      pure function from_phase_0(values) result(history)
-         !> Samples after phase 0
-         real(wp), intent(in) :: values(:)
-         real(wp) :: history(size(values) + 1)
-
-         history = [values(size(values)), values]
-      end function from_phase_0
-
-      !> Histories of the contacts from phase 0 on.
-      pure function of_contacts(values) result(histories)
-         !> Samples after phase 0, [contacts, samples]
-         real(wp), intent(in) :: values(:, :)
-         real(wp) :: histories(size(values, 1), size(values, 2) + 1)
-
-         integer :: k
-
-         do k = 1, size(values, 1)
-            histories(k, :) = from_phase_0(values(k, :))
-         end do
-      end function of_contacts
-
    end subroutine record_orbit
 
 end module orbit_search

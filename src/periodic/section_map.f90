@@ -11,7 +11,7 @@ module section_map
    use failures, only: failure_t
    use few_modes, only: find_common_modes
    use free_modes, only: free_modes_t, max_rigid_square
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: select_modes
    use response_types, only: is_impact, mode_check_t, response_t
@@ -89,8 +89,6 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
-      ! number of modes in the runs, chosen by `choose_modes`
-      integer :: mode_count
       integer :: k
 
       map%model = model
@@ -105,8 +103,7 @@ contains
       call choose_modes(model, settings, map%modes, chosen, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) map%modes = chosen
-      mode_count = check%retained
-      call select_modes(mode_count, map%modes, map%settings)
+      call select_modes(check%retained, map%modes, map%settings)
       ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
@@ -124,18 +121,6 @@ contains
          if (map%contacts(k)%spring%branch_stiffness > 0.0_wp) map%branch_contacts = [map%branch_contacts, k]
       end do
    end subroutine open_section_map
-
-   !> Indices of the harmonic loads among all loads, forces first.
-   pure function harmonic_loads(settings) result(places)
-      type(run_settings_t), intent(in) :: settings
-      integer, allocatable :: places(:)
-
-      type(time_course_t), allocatable :: courses(:)
-      integer :: g
-
-      allocate (courses, source=courses_of(settings))
-      places = pack([(g, g=1, size(courses))], courses%kind == course_harmonic)
-   end function harmonic_loads
 
    !> Value of the parameter in the settings.
    pure real(wp) function value_of_parameter(map) result(value)
@@ -172,13 +157,16 @@ contains
       end associate
    end function quantity_of
 
-   !> Index of the load of the parameter among all loads, forces first.
+   !> Index of the load of the parameter, which is one of the harmonic loads, among all loads, forces first.
    pure integer function index_of_load(map) result(load_index)
       type(section_map_t), intent(in) :: map
 
+      type(time_course_t), allocatable :: courses(:)
       integer, allocatable :: places(:)
+      integer :: g
 
-      allocate (places, source=harmonic_loads(map%settings))
+      allocate (courses, source=courses_of(map%settings))
+      places = pack([(g, g=1, size(courses))], courses%kind == course_harmonic)
       load_index = places(map%load)
    end function index_of_load
 
@@ -191,7 +179,6 @@ contains
       !> Period of the loads at that value, tau
       real(wp), intent(out) :: period
 
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: ratio
       integer :: forces, g
 
@@ -200,14 +187,8 @@ contains
       if (map%parameter == load_frequency) ratio = value/value_of_parameter(map)
       period = map%period/ratio
       forces = count_forces(settings)
-      do g = 1, forces
-         call shift_phase(settings%forces(g)%course)
-      end do
-      if (allocated(settings%bases)) then
-         do g = 1, size(settings%bases)
-            call shift_phase(settings%bases(g)%course)
-         end do
-      end if
+      if (allocated(settings%forces)) call shift_phase(settings%forces%course)
+      if (allocated(settings%bases)) call shift_phase(settings%bases%course)
       if (map%parameter /= load_amplitude) return
       g = index_of_load(map)
       if (g <= forces) then
@@ -219,12 +200,12 @@ contains
    contains
 
       !> Set the initial phase of a harmonic to its phase at the section.
-      pure subroutine shift_phase(course)
+      elemental subroutine shift_phase(course)
          type(time_course_t), intent(inout) :: course
 
          if (course%kind /= course_harmonic) return
          ! `anint`: number of periods of this harmonic in the common period, a whole number
-         course%phase = course%phase + one_turn*map%section_phase*anint(map%period*course%frequency/one_turn)
+         course%phase = course%phase + 2.0_wp*pi*map%section_phase*anint(map%period*course%frequency/(2.0_wp*pi))
          course%frequency = ratio*course%frequency
       end subroutine shift_phase
    end subroutine set_parameter
@@ -384,10 +365,9 @@ contains
       !> Range of the parameter, which is its unit
       real(wp), intent(in) :: range
 
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: frequency(size(map%modes%square)), velocity_unit
 
-      frequency = merge(one_turn/map%period, sqrt(map%modes%square), map%modes%square <= max_rigid_square)
+      frequency = merge(2.0_wp*pi/map%period, sqrt(map%modes%square), map%modes%square <= max_rigid_square)
       associate (square => map%modes%square)
          velocity_unit = sqrt(sum(square*state%q**2) + sum(state%v**2))
          if (.not. velocity_unit > 0.0_wp) velocity_unit = 1.0_wp

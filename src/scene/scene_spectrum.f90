@@ -1,6 +1,6 @@
 !> &spectrum: the names of the group, and its checks.
 module scene_spectrum
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use name_table, only: table_t
    use name_types, only: condition_t, in_units_t, name_t, duration_range, instant_range, range_t
    use number_text, only: rounded, to_text
@@ -163,7 +163,6 @@ contains
       real(wp), intent(in) :: length
 
       character(*), parameter :: group = 'spectrum'
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
       real(wp) :: points
 
       points = spectrum%frequency_count(length)
@@ -177,9 +176,9 @@ contains
          call input%complain(group, 'segments', 'would be ' &
             //to_text(points*real(size(spectrum%of)*spectrum%segments, wp))//' numbers in all segments: at most ' &
             //to_text(max_transforms)//' are computed')
-      else if (spectrum%range(2)*length/one_turn > max_periods) then
+      else if (spectrum%range(2)*length/(2.0_wp*pi) > max_periods) then
          call input%complain(group, 'frequency_ratio_range frequency_range', 'the run has ' &
-            //to_text(anint(spectrum%range(2)*length/one_turn))//' periods of the maximum frequency: at most ' &
+            //to_text(anint(spectrum%range(2)*length/(2.0_wp*pi)))//' periods of the maximum frequency: at most ' &
             //to_text(max_periods)//' are transformed')
       end if
    end subroutine check_numbers

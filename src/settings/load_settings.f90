@@ -6,7 +6,7 @@
 !> L^4, accelerations in D omega1^2, velocities in D omega1, where D is the unit of displacement and E Ibar the bending
 !> stiffness of the mean section.
 module load_settings
-   use kinds, only: wp
+   use kinds, only: pi, wp
    implicit none (type, external)
    private
    public :: time_course_t, force_settings_t, base_settings_t, start_settings_t, course_harmonic, course_step, &
@@ -155,20 +155,19 @@ contains
       ! maximum phase error of a load after the common period, in periods of that load; it limits the relative deviation
       ! if the common period has many periods of the load
       real(wp), parameter :: max_phase_error = 1.0e-6_wp
-      real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
       integer :: cycles
 
       period = 0.0_wp
       if (size(frequencies) == 0 .or. which > size(frequencies)) return
       if (which > 0) then
-         period = two_pi/frequencies(which)
+         period = 2.0_wp*pi/frequencies(which)
          return
       end if
       do cycles = 1, max_cycles
          associate (ratio => frequencies*(real(cycles, wp)/minval(frequencies)))
             if (any(abs(ratio - anint(ratio)) > min(rounding*ratio, max_phase_error))) cycle
          end associate
-         period = real(cycles, wp)*(two_pi/minval(frequencies))
+         period = real(cycles, wp)*(2.0_wp*pi/minval(frequencies))
          return
       end do
    end function period_of
