@@ -29,8 +29,8 @@ module name_types
    !> Nonnegative values in the user's units. The limit of this range, and of the next two, is so low that products and
    !> quotients of a few values do not overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
-   !> All numbers that the reader of numbers accepts.
-   type(range_t), parameter :: number_range = range_t(-1.0e300_wp, 1.0e300_wp)
+   !> Numbers of a measured signal. Squares of them and of their quotients do not overflow.
+   type(range_t), parameter :: number_range = range_t(-1.0e50_wp, 1.0e50_wp)
    !> Values of either sign in the user's units.
    type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
    !> Lengths in the user's units.

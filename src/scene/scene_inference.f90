@@ -309,6 +309,8 @@ contains
       integer, intent(in) :: parameters
 
       character(*), parameter :: group = 'fit'
+      ! minimum of differences and noise: squares of their quotients neither overflow nor vanish
+      real(wp), parameter :: min_size = 1.0e-50_wp
       ! maximum number of a feature, that of the events of a run
       real(wp), parameter :: max_number = 1.0e9_wp
       type(signal_t) :: signal
@@ -353,8 +355,14 @@ contains
          fit%value(:) = signal%value(inside)
          fit%noise_of_value(:) = fit%noise
          if (allocated(signal%noise)) fit%noise_of_value(:) = signal%noise(inside)
-         if (maxval(fit%value) - minval(fit%value) <= 0.0_wp) call input%complain(group, 'data', &
-            file//': all values are the same')
+         associate (difference => maxval(fit%value) - minval(fit%value))
+            if (difference <= 0.0_wp) then
+               call input%complain(group, 'data', file//': all values are the same')
+            else if (min(difference, minval(fit%noise_of_value, mask=fit%noise_of_value > 0.0_wp)) < min_size) then
+               call input%complain(group, 'data', file//': differences of values, and the noise, must be at least ' &
+                  //to_text(min_size))
+            end if
+         end associate
       end associate
    end subroutine read_signal_of_fit
 
