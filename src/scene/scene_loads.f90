@@ -316,7 +316,8 @@ contains
       call move_alloc(signal%value, course%value)
    end subroutine fetch_table
 
-   !> Check that a table has at least two points, and that the times ascend by more than rounding errors.
+   !> Check that a table has at least two points, and that the times ascend by more than rounding errors of an instant
+   !> of the run, because the second derivative of a spline between closer points overflows.
    subroutine check_table(input, group, which, course)
       type(scene_input_t), intent(inout) :: input
       !> Name of the group: 'force' or 'base'
@@ -338,8 +339,8 @@ contains
          else if (max(maxval(abs(time)), maxval(abs(value))) > signed_range%maximum) then
             call input%complain(group, 'times table', 'has numbers that are not '//range_text(signed_range), which)
          else
-            k = findloc(time(2:) - time(:size(time) - 1) > rounding*max(abs(time(2:)), abs(time(:size(time) - 1))), &
-               .false., dim=1)
+            k = findloc(time(2:) - time(:size(time) - 1) > rounding*max(abs(time(2:)), abs(time(:size(time) - 1)), &
+               1.0_wp), .false., dim=1)
             if (k > 0) call input%complain(group, 'times table', 'times must be ascending; number '//to_text(k + 1) &
                //' is not beyond number '//to_text(k), which)
          end if

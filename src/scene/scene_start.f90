@@ -129,6 +129,9 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(start_group_t), intent(in) :: start
 
+      ! of points over length, as of stations of a section
+      real(wp), parameter :: min_distance = 1.0e-9_wp
+
       if (.not. allocated(start%position)) then
          call input%complain('start', 'kind', 'needs position, the points of the table')
          return
@@ -138,6 +141,8 @@ contains
             call input%complain('start', 'position', 'needs two points at least')
          else if (any(x(2:) <= x(:size(x) - 1))) then
             call input%complain('start', 'position', 'must be ascending')
+         else if (any(x(2:) - x(:size(x) - 1) <= min_distance)) then
+            call input%complain('start', 'position', 'must be more than '//to_text(min_distance)//' apart')
          end if
       end associate
       if (.not. (allocated(start%displacements) .or. allocated(start%velocities))) then
