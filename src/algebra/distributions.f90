@@ -88,7 +88,7 @@ contains
          else
             high = x
          end if
-         slope = exp(-0.5_wp*x**2)/sqrt(2.0_wp*acos(-1.0_wp))
+         slope = exp(-0.5_wp*x**2)/sqrt(2.0_wp*pi)
          previous = x
          x = x - (normal_probability(x) - lower_probability)/max(slope, tiny(slope))
          if (abs(x - previous) <= 2.0_wp*epsilon(x)*abs(x)) exit

@@ -158,10 +158,9 @@ contains
       integer :: i
 
       option = merge('--new  ', '--names', allocated(command%template))
-      do i = 1, size(arguments)
-         if (option_of(i) /= option) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
-            //arguments(i)%text//"' has no place beside it")
-      end do
+      i = findloc(option_of /= option, .true., dim=1)
+      if (i > 0) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
+         //arguments(i)%text//"' has no place beside it")
    end subroutine refuse_other_arguments
 
    !> Read the option '--names', '--names GROUP' or '--names=GROUP'.

@@ -1,7 +1,7 @@
 !> Random numbers that are the same on every machine for the same seed: two congruential generators combined
 !> (L'Ecuyer, Commun. ACM 31 (1988) 742).
 module random_numbers
-   use kinds, only: i8, wp
+   use kinds, only: i8, pi, wp
    implicit none (type, external)
    private
    public :: random_t, start_random, next_random, next_normal, shuffle
@@ -67,7 +67,7 @@ contains
 
       call next_random(random, first)
       call next_random(random, second)
-      value = sqrt(-2.0_wp*log(first))*cos(2.0_wp*acos(-1.0_wp)*second)
+      value = sqrt(-2.0_wp*log(first))*cos(2.0_wp*pi*second)
    end subroutine next_normal
 
    !> Put the numbers 1 ... n into random order (Fisher and Yates).

@@ -120,13 +120,8 @@ contains
 
       ! before the division by the sum, the longest element has length 1, so that no power overflows
       common_ratio = min(ratio, 1.0_wp/ratio)
-      do i = 1, elements
-         if (ratio >= 1.0_wp) then
-            length(i) = common_ratio**(i - 1)
-         else
-            length(i) = common_ratio**(elements - i)
-         end if
-      end do
+      length = [(common_ratio**(i - 1), i=1, elements)]
+      if (ratio < 1.0_wp) length = length(elements:1:-1)
       length = length/sum(length)
    end function geometric_lengths
 

@@ -13,7 +13,7 @@ module coupled_modes
    use damped_oscillators, only: oscillators_t
    use equivalent_stops, only: find_equivalent_stops, equivalent_stops_t, reduce_rows
    use failures, only: fail, failure_t, status_run_failed
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use point_forces, only: find_point_forces, static_rows
    use pole_offsets, only: distances, abs1
    use small_equations, only: solve_small
@@ -299,7 +299,7 @@ contains
             done = done .or. is_inside
             call enlarge_terms(modes, circle_points*size(problem%spring))
             do k = 1, circle_points
-               angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
+               angle = 2.0_wp*pi*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
                ! for a circle around a real centre the lower half is the conjugate of the upper half
                if (abs(aimag(center)) <= 0.0_wp .and. k > circle_points/2) exit
                call add_circle_point(problem, active, center, radius*cmplx(cos(angle), sin(angle), wp), modes)

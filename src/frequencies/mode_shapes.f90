@@ -67,29 +67,26 @@ contains
       !> Mode shapes as columns, [2 n, modes]
       real(wp), intent(in) :: modes(:, :)
 
-      real(wp), allocatable :: product(:)
+      real(wp), allocatable :: inertial(:), elastic(:)
       real(wp) :: expected, reference, value
       integer :: i, j
 
-      allocate (product(size(modes, 1)))
+      allocate (inertial(size(modes, 1)), elastic(size(modes, 1)))
       do j = 1, size(modes, 2)
-         call multiply(model%mass, modes(:, j), product)
+         call multiply(model%mass, modes(:, j), inertial)
+         call multiply(model%stiffness, modes(:, j), elastic)
          do i = 1, size(modes, 2)
             expected = merge(1.0_wp, 0.0_wp, i == j)
-            value = dot_product(modes(:, i), product)
-            quality%mass_orthogonality = max(quality%mass_orthogonality, abs(value - expected))
-         end do
-         call multiply(model%stiffness, modes(:, j), product)
-         do i = 1, size(modes, 2)
-            expected = merge(1.0_wp, 0.0_wp, i == j)
+            quality%mass_orthogonality = max(quality%mass_orthogonality, abs(dot_product(modes(:, i), inertial) &
+               - expected))
             ! a rigid-body rotation about the root has lambda = 0, so its error is relative to the first bending mode,
             ! or, without one, to that of a clamped beam
             if (lambda(i)*lambda(j) > 0.0_wp) then
-               value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
+               value = dot_product(modes(:, i), elastic)/(lambda(i)*lambda(j))**2
             else
                reference = max(lambda(min(2, size(lambda))), lambda(j))
                if (.not. reference > 0.0_wp) reference = lambda1
-               value = expected + dot_product(modes(:, i), product)/reference**4
+               value = expected + dot_product(modes(:, i), elastic)/reference**4
             end if
             quality%stiffness_orthogonality = max(quality%stiffness_orthogonality, abs(value - expected))
          end do

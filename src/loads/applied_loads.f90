@@ -6,9 +6,9 @@
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
    use beam_model, only: beam_model_t
-   use kinds, only: lambda1_power4, pi, wp
-   use load_courses, only: acceleration_of
-   use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
+   use kinds, only: lambda1_power4, wp
+   use load_courses, only: acceleration_of, frequency_of
+   use load_settings, only: base_displacement, course_harmonic, course_pulse, time_course_t
    use point_forces, only: slow_frequency
    use run_settings, only: run_settings_t
    implicit none (type, external)
@@ -233,16 +233,10 @@ contains
 
       integer :: g
 
-      allocate (loads%frequency(loads%count), source=0.0_wp)
+      allocate (loads%frequency, source=frequency_of(loads%course))
       allocate (loads%harmonic(loads%count), source=0)
       allocate (loads%frequencies(0))
       do g = 1, loads%count
-         associate (course => loads%course(g))
-            if (course%kind == course_harmonic) loads%frequency(g) = course%frequency
-            if (course%kind == course_pulse .and. course%shape == pulse_half_sine) then
-               loads%frequency(g) = pi/course%duration
-            end if
-         end associate
          if (loads%frequency(g) <= 0.0_wp) cycle
          loads%harmonic(g) = findloc(abs(loads%frequencies - loads%frequency(g)) <= 0.0_wp, .true., dim=1)
          if (loads%harmonic(g) > 0) cycle

@@ -15,7 +15,7 @@ module forced_responses
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: adjoint_of, driven_mode_at, driven_mode_t, make_driven_mode, resonates
    use driven_signal, only: driven_signal_t, phasor_of
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use load_courses, only: load_segment_at, load_segment_t
    use point_forces, only: find_point_forces
    use power_integrals, only: power_form_t
@@ -412,7 +412,7 @@ contains
                cycle
             end if
             mode = make_driven_mode(oscillators, pair%mode, force(forced%pair(i)), forced%segment(pair%load)%frequency)
-            forced%until = min(forced%until, forced%tau + max_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
+            forced%until = min(forced%until, forced%tau + max_periods*2.0_wp*pi/mode%frequency)
          end associate
       end do
    end subroutine start_modes

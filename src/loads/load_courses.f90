@@ -6,8 +6,7 @@ module load_courses
       course_table, pulse_half_sine, time_course_t
    implicit none (type, external)
    private
-   public :: load_segment_t, load_segment_at, value_at, acceleration_of
-
+   public :: load_segment_t, load_segment_at, value_at, acceleration_of, frequency_of
 
    !> Circular frequency below which a harmonic is followed by its tangents.
    real(wp), parameter :: lowest_harmonic = 1e-10_wp
@@ -126,6 +125,15 @@ contains
       segment = load_segment_at(course, tau)
       value = segment%constant + real(segment%harmonic, wp)
    end function value_at
+
+   !> Circular frequency of a harmonic or a half-sine; 0: the load is another.
+   elemental real(wp) function frequency_of(course) result(frequency)
+      type(time_course_t), intent(in) :: course
+
+      frequency = 0.0_wp
+      if (course%kind == course_harmonic) frequency = course%frequency
+      if (course%kind == course_pulse .and. course%shape == pulse_half_sine) frequency = pi/course%duration
+   end function frequency_of
 
    !> Acceleration of a base whose displacement is harmonic or a table. A cubic spline with zero end slopes interpolates
    !> the table, so the acceleration is linear between its points.

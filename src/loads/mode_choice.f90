@@ -5,7 +5,8 @@ module mode_choice
    use damped_oscillators, only: damping_order
    use free_modes, only: free_modes_t, order_modes, retain_modes
    use kinds, only: pi, wp
-   use load_settings, only: course_harmonic, course_pulse, course_table, pulse_half_sine, time_course_t
+   use load_courses, only: frequency_of
+   use load_settings, only: course_table, time_course_t
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
@@ -57,9 +58,7 @@ contains
       !> Circular frequency over omega1
       real(wp) :: frequency
 
-      frequency = 0.0_wp
-      if (course%kind == course_harmonic) frequency = course%frequency
-      if (course%kind == course_pulse .and. course%shape == pulse_half_sine) frequency = pi/course%duration
+      frequency = frequency_of(course)
       if (course%kind == course_table) frequency = pi/min_half_period(course%time, course%value)
    end function highest_frequency
 

@@ -90,7 +90,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       type(piecewise_cubic_t) :: curve
-      real(wp) :: deviation, x_support
+      real(wp) :: deviation
       integer :: k
 
       curve = curve_of_table(model, position, values)
@@ -99,8 +99,7 @@ contains
       do k = 1, size(model%supports)
          associate (support => model%supports(k))
             if (support%stiffness > 0.0_wp .or. modulo(support%dof, 2) == 0 .or. allocated(error)) cycle
-            x_support = model%mesh%position((support%dof + 1)/2)
-            call check_point(x_support)
+            call check_point(model%mesh%position((support%dof + 1)/2))
          end associate
       end do
 

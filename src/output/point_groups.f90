@@ -2,7 +2,7 @@
 !> `surfaces`, for a beam with other contacts than a single stop below it: position, side, histories and measures of
 !> each contact. Users read the word surface for a contact. The group `bodies`: position and histories of each body.
 module point_groups
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use measure_list, only: contact_name, measure_count, measure_table
    use measure_rows, only: write_measure_lists
    use quantity_groups, only: quantity_group_t
@@ -100,7 +100,7 @@ contains
    elemental real(wp) function in_degrees(amplitude) result(phase)
       complex(wp), intent(in) :: amplitude
 
-      phase = atan2(aimag(amplitude), real(amplitude, wp))*(180.0_wp/acos(-1.0_wp))
+      phase = atan2(aimag(amplitude), real(amplitude, wp))*(180.0_wp/pi)
    end function in_degrees
 
    !> Write a list over the contacts for each scalar quantity and a table over instants and contacts for each history.

@@ -161,17 +161,11 @@ contains
       real(wp), allocatable, intent(out) :: correction(:)
       real(wp), intent(in), optional :: direction(:)
 
-      real(wp), allocatable :: matrix(:, :), rhs(:, :)
-      integer :: n
+      real(wp) :: last_row(size(residual) + 1)
 
-      n = size(residual)
-      if (present(direction)) then
-         allocate (matrix, source=bordered(map, result, direction))
-      else
-         allocate (matrix, source=bordered(map, result, [spread(0.0_wp, 1, n), 1.0_wp]))
-      end if
-      allocate (rhs(n + 1, 1), source=reshape([-residual, 0.0_wp], [n + 1, 1]))
-      call solve_linear(matrix, rhs, correction)
+      last_row = [spread(0.0_wp, 1, size(residual)), 1.0_wp]
+      if (present(direction)) last_row = direction
+      call solve_linear(bordered(map, result, last_row), [-residual, 0.0_wp], correction)
    end subroutine find_correction
 
    !> Derivative of the residual in units of the map, with one more row below for the equation of the parameter.
@@ -194,19 +188,22 @@ contains
    end function bordered
 
    !> Solve a system of linear equations by LAPACK.
-   subroutine solve_linear(matrix, rhs, solution)
-      real(wp), intent(inout) :: matrix(:, :)
-      real(wp), intent(inout) :: rhs(:, :)
+   subroutine solve_linear(matrix, right, solution)
+      real(wp), intent(in) :: matrix(:, :)
+      !> Right side
+      real(wp), intent(in) :: right(:)
       !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: solution(:)
 
-      integer :: info, pivot(size(rhs))
+      real(wp), allocatable :: factors(:, :)
+      integer :: info, pivot(size(right))
 
       ! the derivative at grazing is not finite
       if (.not. all(abs(matrix) < huge(1.0_wp))) return
-      call dgesv(size(rhs), 1, matrix, size(rhs), pivot, rhs, size(rhs), info)
-      if (info /= 0) return
-      if (all(abs(rhs) < huge(1.0_wp))) allocate (solution, source=rhs(:, 1))
+      allocate (factors, source=matrix)
+      allocate (solution, source=right)
+      call dgesv(size(right), 1, factors, size(right), pivot, solution, size(right), info)
+      if (info /= 0 .or. .not. all(abs(solution) < huge(1.0_wp))) deallocate (solution)
    end subroutine solve_linear
 
    !> Unit tangent of a branch at a periodic orbit in units of the map, with a positive component along a given
@@ -219,12 +216,7 @@ contains
       !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: direction(:)
 
-      real(wp), allocatable :: matrix(:, :), rhs(:, :)
-
-      allocate (matrix, source=bordered(map, result, along))
-      allocate (rhs(size(along), 1), source=0.0_wp)
-      rhs(size(along), 1) = 1.0_wp
-      call solve_linear(matrix, rhs, direction)
+      call solve_linear(bordered(map, result, along), [spread(0.0_wp, 1, size(along) - 1), 1.0_wp], direction)
       if (allocated(direction)) direction = direction/norm2(direction)
    end subroutine find_branch_tangent
 
@@ -285,22 +277,21 @@ contains
       ! the matrix is the derivative of the map plus this number times the unit matrix; for exactly 1 it would be
       ! singular
       real(wp), parameter :: shift = 1.0_wp + 1.0e-9_wp
-      real(wp), allocatable :: matrix(:, :), rhs(:, :), vector(:)
+      real(wp), allocatable :: matrix(:, :), unit_vector(:), vector(:)
       integer :: i, n, round
 
       n = size(result%derivative, 1)
-      allocate (rhs(n, 1), source=1.0_wp)
-      do round = 1, rounds
-         allocate (matrix(n, n), source=scaled_derivative(map, result, n))
-         do i = 1, n
-            matrix(i, i) = matrix(i, i) + shift
-         end do
-         call solve_linear(matrix, rhs, vector)
-         deallocate (matrix)
-         if (.not. allocated(vector)) return
-         rhs(:, 1) = vector/norm2(vector)
+      allocate (matrix(n, n), source=scaled_derivative(map, result, n))
+      do i = 1, n
+         matrix(i, i) = matrix(i, i) + shift
       end do
-      allocate (direction, source=[rhs(:, 1), 0.0_wp])
+      allocate (unit_vector(n), source=1.0_wp)
+      do round = 1, rounds
+         call solve_linear(matrix, unit_vector, vector)
+         if (.not. allocated(vector)) return
+         unit_vector = vector/norm2(vector)
+      end do
+      allocate (direction, source=[unit_vector, 0.0_wp])
    end subroutine doubling_direction
 
 end module orbit_newton

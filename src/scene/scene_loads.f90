@@ -2,7 +2,7 @@
 !> group.
 module scene_loads
    use file_system, only: path_beside
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
       course_table, force_settings_t, pulse_names, start_release, time_course_t
    use name_table, only: table_t
@@ -26,7 +26,7 @@ module scene_loads
    type(condition_t), parameter :: lasting = condition_t(name='kind', words='harmonic step table')
    type(condition_t), parameter :: tabulated = condition_t(name='kind', words='table')
 
-   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+   real(wp), parameter :: degree = pi/180.0_wp
 
 contains
 
