@@ -12,7 +12,7 @@ module newmark_loads
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
    use load_courses, only: value_at
-   use load_settings, only: course_pulse, course_table, time_course_t
+   use load_settings, only: course_pulse, course_table, pulse_half_sine, time_course_t
    use mode_choice, only: rates_of_modes
    use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: deepest_level, newmark_stepper_t
@@ -43,20 +43,30 @@ contains
       end do
       if (allocated(run%modes)) run%loads%vector = matmul(transpose(run%modes%mode), run%loads%vector)
       do g = 1, run%loads%count
-         associate (instants => jumps_of(run%loads%course(g)))
+         associate (instants => jumps_of(run%loads%course(g), settings%response%step))
             run%jumps = [run%jumps, pack(instants, instants > 0.0_wp .and. instants <= settings%response%duration)]
          end associate
       end do
       run%jumps = run%jumps(ascending_order(run%jumps))
    end subroutine prepare_loads
 
-   !> Instants at which the time course of a load begins or ends.
-   pure function jumps_of(course) result(instants)
+   !> Instants at which the time course of a load begins or ends, and instants within a half sine that is short beside
+   !> the step: the load is zero at both ends, so that a step over the whole pulse would have no impulse.
+   pure function jumps_of(course, step) result(instants)
       type(time_course_t), intent(in) :: course
+      !> Length of the undivided step, tau
+      real(wp), intent(in) :: step
       real(wp), allocatable :: instants(:)
+
+      ! minimum number of steps in a half sine; the impulse of so many differs by 0.1 % from that of the pulse
+      integer, parameter :: min_steps = 32
+      integer :: i
 
       instants = [course%start, course%end]
       if (course%kind == course_pulse) instants = [instants, course%start + course%duration]
+      if (course%kind == course_pulse .and. course%shape == pulse_half_sine .and. &
+         course%duration < real(min_steps, wp)*step) instants = [instants, course%start + course%duration* &
+         [(real(i, wp)/real(min_steps, wp), i=1, min_steps - 1)]]
       if (course%kind == course_table) instants = [instants, course%start + course%time(1), &
          course%start + course%time(size(course%time))]
    end function jumps_of
