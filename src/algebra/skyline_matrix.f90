@@ -42,8 +42,7 @@ contains
          place = place + column - first_row(column) + 1
          matrix%diagonal(column) = place
       end do
-      allocate (matrix%values(place))
-      matrix%values = 0.0_wp
+      allocate (matrix%values(place), source=0.0_wp)
    end subroutine make_skyline
 
    !> Add an element matrix.

@@ -286,8 +286,7 @@ contains
       if (is_mechanism(model)) call decouple(factors, model%root_dofs(2))
       call factorise(factors, error)
       if (allocated(error)) return
-      allocate (shape(factors%order))
-      shape = 0.0_wp
+      allocate (shape(factors%order), source=0.0_wp)
       shape(model%stop_dof) = 1.0_wp
       call solve_factorised(factors, shape)
       shape = shape/shape(model%stop_dof)

@@ -58,10 +58,8 @@ contains
       if (allocated(error)) return
       study%horizon = horizon_of(settings, reference%response, scene%precision%duration, grid_of(scene))
       if (any(study%runs%varied == varied_mesh)) then
-         associate (elements => refinement*maxval(study%runs%elements))
-            call make_reference(scene, elements, merge(mass_auto, scene%mesh%mass, scene%precision%against_beam), &
-               finest, error)
-         end associate
+         call make_reference(scene, refinement*maxval(study%runs%elements), merge(mass_auto, scene%mesh%mass, &
+            scene%precision%against_beam), finest, error)
          if (allocated(error)) return
          if (scene%precision%against_beam) study%horizon = horizon_of(settings, finest%response, &
             scene%precision%duration, grid_of(scene))

@@ -94,9 +94,8 @@ contains
       ! s = 0 is no pole, but slow creep has a root so near to 0 that only its distance from 0 has correct digits
       if (creeps) call add_pole(0.0_wp)
       allocate (problem%squared_value, source=sum(value**2, dim=2))
-      associate (pairs => (size(spring)*(size(spring) + 1))/2)
-         allocate (problem%product(lanes, even(size(square)), padded(pairs)/lanes), source=0.0_wp)
-      end associate
+      allocate (problem%product(lanes, even(size(square)), padded((size(spring)*(size(spring) + 1))/2)/lanes), &
+         source=0.0_wp)
       pair = 0
       do k = 1, size(spring)
          do j = 1, k

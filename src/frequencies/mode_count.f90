@@ -30,8 +30,7 @@ contains
       integer :: element, i
 
       associate (mass => model%mass)
-         allocate (values(size(mass%values)))
-         values(:) = -real(lambda, qp)**4*real(mass%values, qp)
+         allocate (values, source=-real(lambda, qp)**4*real(mass%values, qp))
          do element = 1, model%mesh%elements
             call add_stiffness(model, element, values)
          end do

@@ -56,8 +56,7 @@ contains
       integer :: i, k
 
       nan = ieee_value(1.0_wp, ieee_quiet_nan)
-      allocate (sorted(count(.not. ieee_is_nan(values))))
-      sorted(:) = pack(values, .not. ieee_is_nan(values))
+      allocate (sorted, source=pack(values, .not. ieee_is_nan(values)))
       sample%count = size(sorted)
       allocate (sample%quantile(size(probabilities)), sample%quantile_error(size(probabilities)), &
          sample%class(classes), &

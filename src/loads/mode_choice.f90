@@ -40,9 +40,8 @@ contains
       count_of_first = counts(1)
       allocate (courses, source=courses_of(settings))
       do k = 1, size(courses)
-         associate (limit_frequency => frequency_margin*highest_frequency(courses(k)))
-            count_of_first = max(count_of_first, min(count(sqrt(base%square) < limit_frequency), max_for_loads))
-         end associate
+         count_of_first = max(count_of_first, min(count(sqrt(base%square) < frequency_margin &
+            *highest_frequency(courses(k))), max_for_loads))
       end do
       if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))
       count_of_first = max(count_of_first, settings%start%mode)

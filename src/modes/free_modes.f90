@@ -238,8 +238,7 @@ contains
       unit = 0.0_wp
       unit(model%stop_dof) = 1.0_wp
       call multiply(model%mass, unit, mass_column)
-      allocate (modes%nodal_mass(size(modes%lambda)))
-      modes%nodal_mass(:) = matmul(mass_column, modes%mode)
+      allocate (modes%nodal_mass, source=matmul(mass_column, modes%mode))
    end subroutine complete_modes
 
 end module free_modes

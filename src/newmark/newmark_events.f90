@@ -233,12 +233,11 @@ contains
             call end_contact(run, k, response)
          end if
       end do
+      ! compliant contacts close; rigid contacts at which the beam arrives remain for the impact problem
       do k = 1, size(run%contacts)
-         if (run%arrives(k) .and. allocated(run%contacts(k)%stop)) call begin_contact(run, k, response)
-      end do
-      ! compliant contacts have closed; rigid contacts at which the beam arrives remain for the impact problem
-      do k = 1, size(run%contacts)
-         if (allocated(run%contacts(k)%stop)) run%arrives(k) = .false.
+         if (.not. allocated(run%contacts(k)%stop)) cycle
+         if (run%arrives(k)) call begin_contact(run, k, response)
+         run%arrives(k) = .false.
       end do
       if (any(run%arrives)) call apply_impacts(run, response)
       if (.not. allocated(run%error)) call resolve_contacts(run, response)

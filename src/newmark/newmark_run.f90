@@ -386,10 +386,8 @@ contains
       real(wp) :: force
 
       force = spring_damper_force(run, k, state)
-      associate (contact => run%contacts(k))
-         is_force_free = force <= force_rounding_at(run, k, state) .or. &
-            (force <= run%release_force .and. row_value(contact%row, state%beam%velocity) >= 0.0_wp)
-      end associate
+      is_force_free = force <= force_rounding_at(run, k, state) .or. &
+         (force <= run%release_force .and. row_value(run%contacts(k)%row, state%beam%velocity) >= 0.0_wp)
    end function is_force_free
 
    !> Strain energy of the springs of a contact.

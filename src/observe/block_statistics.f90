@@ -244,17 +244,11 @@ contains
       integer :: k
 
       allocate (response%statistics)
-      associate (contacts => response%contacts)
-         call finish_blocks(blocks, response%statistics, contacts%owner)
-      end associate
+      call finish_blocks(blocks, response%statistics, response%contacts%owner)
       if (.not. allocated(response%measures)) return
-      if (allocated(response%statistics%of_stop)) then
-         associate (of_stop => response%statistics%of_stop)
-            response%measures%of_stops = of_stop([(measure_named(statistics_of_stop(k)%name) - first_statistic + 1, &
-               k=1, size(statistics_of_stop))], :)
-         end associate
-      end if
       associate (measures => response%measures, statistics => response%statistics)
+         if (allocated(statistics%of_stop)) measures%of_stops = statistics%of_stop([( &
+            measure_named(statistics_of_stop(k)%name) - first_statistic + 1, k=1, size(statistics_of_stop))], :)
          measures%statistics = statistics%value(:, 0)
          measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(statistics%tolerance))
       end associate

@@ -94,9 +94,7 @@ contains
          sums%cost_limit = requested%closed_form_limit
          call open_windows(requested, min(requested%end, end_of_run(settings%response)) - requested%start, &
             sums%windows, result)
-         associate (frequencies => size(sums%windows%omega))
-            allocate (sums%transform(frequencies, signals, 2), source=(0.0_wp, 0.0_wp))
-         end associate
+         allocate (sums%transform(size(sums%windows%omega), signals, 2), source=(0.0_wp, 0.0_wp))
          allocate (result%mean(signals), result%sampling_error(signals), source=0.0_wp)
          allocate (sums%edge_values(signals, 2), source=0.0_wp)
       end associate
@@ -492,8 +490,7 @@ contains
       type(run_spectrum_t), allocatable, intent(out) :: spectrum
 
       if (sums%half_index == sums%windows%halves - 1) call end_half(sums)
-      allocate (spectrum)
-      spectrum = sums%result
+      allocate (spectrum, source=sums%result)
    end subroutine finish_spectrum
 
 end module run_spectra

@@ -93,10 +93,8 @@ contains
       last = sections%motion_period
       if (last == 0) last = sections%count
       sections%impacts_per_period = ieee_value(1.0_wp, ieee_quiet_nan)
-      associate (first => sections%count - last + 1)
-         if (last > 0) sections%impacts_per_period = real(sum(sections%impacts(first:sections%count)), wp) &
-            /real(last, wp)
-      end associate
+      if (last > 0) sections%impacts_per_period = real(sum(sections%impacts(sections%count - last &
+         + 1:sections%count)), wp)/real(last, wp)
       sections%lyapunov_exponent = exponent_of(sections)
       if (allocated(response%measures)) then
          response%measures%has_sections = .true.

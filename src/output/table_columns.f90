@@ -114,8 +114,7 @@ contains
       column%digits = digits
       column%none = '-'
       if (present(none)) column%none = none
-      allocate (column%numbers(size(numbers)))
-      column%numbers(:) = numbers
+      allocate (column%numbers, source=numbers)
       if (present(unit)) then
          if (unit /= '') then
             call choose_prefix(maxval(abs(numbers), mask=.not. ieee_is_nan(numbers)), unit, factor, column%units)

@@ -484,9 +484,8 @@ contains
          trace%direction = direction
       end do
       best%point%mark = mark_lost
-      associate (velocity_unit => map%unit(size(best%initial%state%q) + 1))
-         if (continues .or. min_speed < grazing_ratio*velocity_unit) best%point%mark = mark_grazing
-      end associate
+      if (continues .or. min_speed < grazing_ratio*map%unit(size(best%initial%state%q) + 1)) best%point%mark = &
+         mark_grazing
       trace%point = [trace%point, best%point]
       trace%is_over = .not. continues
    end subroutine locate_end

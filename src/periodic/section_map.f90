@@ -409,7 +409,6 @@ contains
       is_shifted = .false.
       n = response%event_count
       if (n == 0) return
-      allocate (instant(n))
       instant = response%events(:n)%tau/response%sections%period
       length = real(map%periods, wp)
       if (instant(1) > near .and. instant(n) < length - near) return

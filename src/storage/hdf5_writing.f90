@@ -303,8 +303,7 @@ contains
       end if
       call self%file%check(status, 'a place in a column')
       if (self%is_whole) then
-         allocate (integers(size(values)))
-         integers(:) = nint(values)
+         allocate (integers, source=nint(values))
          call h5dwrite_f(self%id, h5t_native_integer, c_loc(integers), status, memory, space_id)
       else
          call h5dwrite_f(self%id, h5t_native_double, c_loc(values), status, memory, space_id)

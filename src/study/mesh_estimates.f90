@@ -31,7 +31,6 @@ contains
       integer :: count, i
 
       count = min(cases, max_cases)
-      allocate (sample(count))
       sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
    end function sample_cases
 

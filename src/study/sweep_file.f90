@@ -136,10 +136,8 @@ contains
                   values = chunk%values(:, i)
                   call set_parameters(of_case, plan%axes%parameter, values, problem, draft)
                end if
-               associate (is_unsettled => ends_unsettled(settling_time/unit_of_time(of_case), &
-                  of_case%response%duration, half_period))
-                  survey%unsettled_count = survey%unsettled_count + merge(1, 0, is_unsettled)
-               end associate
+               survey%unsettled_count = survey%unsettled_count + merge(1, 0, &
+                  ends_unsettled(settling_time/unit_of_time(of_case), of_case%response%duration, half_period))
             end associate
          end do
          survey%failure_count = survey%failure_count + size(chunk%failed)
