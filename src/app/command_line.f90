@@ -265,20 +265,21 @@ contains
       character(:), allocatable :: text
 
       character, parameter :: line_end = new_line('a')
-      character(:), allocatable :: format_line
+      ! options that the other programs do not have
+      character(:), allocatable :: own_options
 
-      format_line = ''
-      if (name == program_name) format_line = &
-         '  --format F  write measures, sweep and frequencies as csv or json, too'//line_end
+      own_options = ''
+      if (name == program_name) own_options = &
+         '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//line_end// &
+         '  --format F  write measures, sweep and frequencies as csv or json, too'//line_end// &
+         '  --threads N threads of a sweep (default: one per core, at most four)'//line_end
       text = 'usage: '//name//' SCENE.nml... [options]'//line_end//line_end// &
          purpose//line_end// &
          'Each scene, a Fortran namelist file, gives DIR/<name>.h5 and a table.'//line_end// &
          line_end// &
          '  --out DIR   folder of the results (default: results)'//line_end// &
          '  --check     read and check the scenes and the memory they need; run nothing'//line_end// &
-         '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//line_end// &
-         format_line// &
-         '  --threads N threads of a sweep (default: one per core, at most four)'//line_end// &
+         own_options// &
          '  --quiet     no tables'//line_end// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//line_end// &
          '  --names [G] print every name of a scene, or of its group G, with the allowed'//line_end// &
