@@ -19,9 +19,10 @@ contains
       complex(wp), intent(in) :: right(:, :)
       complex(wp) :: solution(size(right, 1), size(right, 2))
 
-      complex(wp) :: a(size(matrix, 1), size(matrix, 1))
+      ! on the heap, because it grows with the square of the number of equations
+      complex(wp), allocatable :: a(:, :)
 
-      a = matrix
+      allocate (a, source=matrix)
       solution = right
       call eliminate(a, solution)
    end function solve_small

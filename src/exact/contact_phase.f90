@@ -321,16 +321,17 @@ contains
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
          sample%stop_energy = 0.0_wp
+         sample%work = work_of_loads(now, time, phasor_of(now%forced%frequency, time), modes(:, 3), modes(:, 4), term)
          if (all(now%states%is_rigid)) then
             call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
-               - sum(sample%beam_energy), time, modes(:, 3:4), term, lost, sample%work)
+               - sum(sample%beam_energy) + sample%work, time, lost)
          else
             allocate (states, source=now%states)
             do k = 1, size(states)
                call advance_contact(now, k, time, modes(:, 1), term, states(k))
             end do
-            call find_losses(self%now, self%interval%at_start, states, self%start_energy - sum(sample%beam_energy), &
-               time, modes(:, 3:4), term, lost, sample%work)
+            call find_losses(self%now, self%interval%at_start, states, self%start_energy - sum(sample%beam_energy) &
+               + sample%work, time, lost)
             states(set%compliant)%dissipated = states(set%compliant)%dissipated + lost(2:)
          end if
          sample%lost = [lost(1), 0.0_wp]
@@ -413,14 +414,15 @@ contains
          do k = 1, size(now%states)
             call advance_contact(now, k, time, self%interval%z_end, term, now%states(k))
          end do
+         if (needs_losses(self, motion) .or. motion%observers%measures%is_wanted) then
+            work = work_of_loads(now, time, phasor, set%last%z, set%last%v, term)
+            balance%work = balance%work + work
+         end if
          if (needs_losses(self, motion)) then
             call find_losses(self%now, self%interval%at_start, now%states, self%start_energy &
-               - sum(modal_energy(constrained%oscillators, self%interval%z_end, self%interval%v_end)), time, &
-               reshape([set%last%z, set%last%v], [size(set%last%z), 2]), term, lost, work)
+               - sum(modal_energy(constrained%oscillators, self%interval%z_end, self%interval%v_end)) + work, time, &
+               lost)
             balance%dissipated_beam = balance%dissipated_beam + lost(1)
-            balance%work = balance%work + work
-         else if (motion%observers%measures%is_wanted) then
-            balance%work = balance%work + work_of_loads(now, time, phasor, set%last%z, set%last%v, term)
          end if
          do place = 1, size(set%compliant)
             associate (state => now%states(set%compliant(place)))

@@ -9,7 +9,7 @@ module phase_losses
    use driven_signal, only: phasor_of
    use forced_responses, only: find_rows_at
    use kinds, only: wp
-   use load_work, only: load_response_impulse, loss_in_stop, work_of_loads
+   use load_work, only: load_response_impulse, loss_in_stop
    use motion_intervals, only: output_row_t
    use phase_rows, only: is_integrable, signal_of_row
    use phase_state, only: find_homogeneous_state, find_state, force_terms, phase_state_t
@@ -97,29 +97,21 @@ contains
 
    !> Energy dissipated since the start of the phase. Under loads, dissipation in the beam is the remainder of the
    !> energy balance.
-   subroutine find_losses(self, at_start, at_time, energy_lost, time, homogeneous, term, lost, work)
+   subroutine find_losses(self, at_start, at_time, energy_lost, time, lost)
       type(phase_state_t), intent(inout) :: self
       !> Contact states at the start of the phase, [contacts]
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
       !> Contact states at the time, with the results of `advance_contact`, [contacts]
       type(contact_state_t), intent(in) :: at_time(:)
-      !> Energy of the constrained modes at the start of the phase, less that at the time
+      !> Energy of the constrained modes at the start of the phase, less that at the time, plus the work of the loads
       real(wp), intent(in) :: energy_lost
       real(wp), intent(in) :: time
-      !> Homogeneous part (without the load response) of the state z, v of the constrained modes, [modes, 2]
-      real(wp), intent(in) :: homogeneous(:, :)
-      !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
-      complex(wp), intent(in) :: term(:)
       !> Energy dissipated in the beam, then in each closed compliant contact, [1 + compliant]
       real(wp), intent(out) :: lost(:)
-      !> Work of the loads since the start of the phase
-      real(wp), intent(out) :: work
 
       ! index among the compliant contacts of the set
       integer :: place
 
-      work = work_of_loads(self, time, phasor_of(self%forced%frequency, time), homogeneous(:, 1), homogeneous(:, 2), &
-         term)
       associate (set => self%set)
          if (size(set%compliant) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
@@ -127,7 +119,7 @@ contains
          end if
          ! energy balance of the beam: decrease of its energy plus work of the loads, less the energies that the stops
          ! receive
-         lost(1) = energy_lost + work
+         lost(1) = energy_lost
          call find_stop_losses(self, time, lost(2:))
          do place = 1, size(set%compliant)
             associate (k => set%compliant(place))

@@ -70,6 +70,8 @@ contains
       real(wp), allocatable :: roots(:)
       ! |b_i| over the frequency, [modes]
       real(wp), allocatable :: scaled(:)
+      ! W_i^2 and b_i^2 of the active modes
+      real(wp), allocatable :: pole(:), weight(:)
       real(wp) :: last_step, norm
       integer :: i, j, a, n, unchanged, modes
 
@@ -97,11 +99,12 @@ contains
       end do
       unchanged = j
       allocate (distance(size(active), modes - unchanged), consistent(size(active)))
+      pole = square(active)
+      weight = value(active)**2
       do a = 1, modes - unchanged
-         call root_between(square(active), value(active)**2, flexibility, a, last_step, roots(unchanged + a), &
-            distance(:, a))
+         call root_between(pole, weight, flexibility, a, last_step, roots(unchanged + a), distance(:, a))
       end do
-      call consistent_weights(square(active), sum(value(active)**2), flexibility, distance, consistent)
+      call consistent_weights(pole, sum(weight), flexibility, distance, consistent)
       consistent = sign(sqrt(consistent), value(active))
       do a = 1, modes - unchanged
          norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))

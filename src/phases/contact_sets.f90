@@ -444,9 +444,9 @@ contains
             allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
             set%gap(:, :) = cmplx(matmul(transpose(constrained%value), real(coupled%shape, wp)), &
                matmul(transpose(constrained%value), aimag(coupled%shape)), wp)
-            do m = 1, n
-               set%gap(set%compliant, m) = -coupled%indentation(:, m)
-               set%gap(constrained%closed, m) = 0.0_wp
+            set%gap(set%compliant, :) = -coupled%indentation
+            set%gap(constrained%closed, :) = 0.0_wp
+            do m = 1, merge(n, 0, size(closed) > 0)
                set%reaction(:, m) = matmul(constrained%reaction, coupled%shape(:, m))*coupled%viscous(m) &
                   - matmul(constrained%balanced_fraction(:, set%compliant), coupled%force(:, m))
             end do
