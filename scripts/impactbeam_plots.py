@@ -161,9 +161,10 @@ def words_of(name):
 # What a file in units calls what is tau, eta and omega in others.
 NAMES_IN_UNITS = {"tau": "time", "eta": "displacement", "omega": "frequency"}
 # Prefixes with which a unit is read; an empty one: as it is.
-PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
-READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": ["k", "", "m", "\u00b5"],
-             "N": ["G", "M", "k", "", "m", "\u00b5", "n"], "J": ["k", "", "m", "\u00b5", "n"], "Pa": ["M"], "Hz": ["M", "k", ""]}
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9, "p": 1e-12, "f": 1e-15}
+SMALL = ["", "m", "\u00b5", "n", "p"]
+READ_WITH = {"s": SMALL, "m": SMALL, "g": ["k", *SMALL], "N": ["G", "M", "k", *SMALL, "f"], "J": ["k", *SMALL, "f"],
+             "W": ["k", *SMALL, "f"], "Pa": ["M"], "Hz": ["M", "k", ""]}
 # Signals of spectra, in two lines if they are long.
 SPECTRA = {"displacement_tip": "displacement\nof the tip", "displacement_stop": "displacement\nat the stop",
            "velocity_tip": "velocity\nof the tip", "velocity_stop": "velocity\nat the stop",
@@ -352,7 +353,7 @@ def set_decades(axis):
 
 def time_of(words, unit):
     """A time of the command line, such as 0.02 or 20ms, in the unit of a file; a number alone has that unit already."""
-    found = re.fullmatch(r"([-+.\deE]+)([m\u00b5un]?)(s?)", words)
+    found = re.fullmatch(r"([-+.\deE]+)([m\u00b5unp]?)(s?)", words)
     try:
         if found is None or (found[3] and unit != "s") or (found[2] and not found[3]):
             raise ValueError

@@ -127,10 +127,10 @@ contains
       ! other names of the second, which have no prefix
       character(*), parameter :: seconds(3) = [character(7) :: 'sec', 'second', 'seconds']
       ! micro: u, the micro of UTF-8 as a sign and as a Greek letter, and of Latin-1
-      character(*), parameter :: prefixes(10) = [character(2) :: 'n', 'u', char(194)//char(181), char(206)//char(188), &
-         char(181), 'm', 'c', 'k', 'M', 'd']
-      real(wp), parameter :: factors(10) = [1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-3_wp, &
-         1.0e-2_wp, 1.0e3_wp, 1.0e6_wp, 1.0e-1_wp]
+      character(*), parameter :: prefixes(11) = [character(2) :: 'p', 'n', 'u', char(194)//char(181), &
+         char(206)//char(188), char(181), 'm', 'c', 'k', 'M', 'd']
+      real(wp), parameter :: factors(11) = [1.0e-12_wp, 1.0e-9_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, 1.0e-6_wp, &
+         1.0e-3_wp, 1.0e-2_wp, 1.0e3_wp, 1.0e6_wp, 1.0e-1_wp]
       integer :: i, length
 
       factor = 1.0_wp

@@ -19,17 +19,17 @@ module reader_units
    !> A unit and the letters of the prefixes that it may have; '-': no prefix.
    type :: symbol_t
       character(2) :: text
-      character(7) :: prefixes
+      character(9) :: prefixes
    end type symbol_t
 
    !> All prefixes, in descending order.
    type(prefix_t), parameter :: prefixes(*) = [prefix_t('G', 9), prefix_t('M', 6), prefix_t('k', 3), prefix_t('', 0), &
-      prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
+      prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9), prefix_t('p', -12), prefix_t('f', -15)]
    !> One letter for each of `prefixes`: u stands for the micro sign, - for no prefix.
-   character(*), parameter :: letters = 'GMk-mun'
+   character(*), parameter :: letters = 'GMk-munpf'
    !> Units that may have prefixes.
-   type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'k-mun'), &
-      symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('W', 'k-mun'), symbol_t('Pa', 'M'), &
+   type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-munp'), symbol_t('m', '-munp'), symbol_t('g', 'k-munp'), &
+      symbol_t('N', 'GMk-munpf'), symbol_t('J', 'k-munpf'), symbol_t('W', 'k-munpf'), symbol_t('Pa', 'M'), &
       symbol_t('Hz', 'Mk-')]
 
 contains

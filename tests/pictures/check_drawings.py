@@ -247,6 +247,7 @@ def check_words():
         assert len(plots.title_of(file).split("\n")) == 2, plots.title_of(file)
     assert plots.line_of(0) != plots.line_of(6) and plots.reading(1e6, "Hz") == (1e-3, "kHz")
     assert plots.reading_of([1.4e-4], "m") == (1e3, "mm")
+    assert [plots.reading(*size)[1] for size in ((1.9e-13, "N s"), (2e-14, "W"), (7e-9, "mm"))] == ["pN s", "fW", "pm"]
     assert plots.reading_of([2e-5], "1") == (1e6, "$10^{-6}$"), plots.reading_of([2e-5], "1")
     axes = plt.figure().subplots()
     table = SimpleNamespace(labels=["n"], mode=np.array([1, 2]))
