@@ -265,6 +265,7 @@ contains
       !> Let the next trials choose among all modes.
       subroutine choose_among_all()
          call find_all_modes(model, common_modes, sets, error)
+         trials%saved_work = 0.0_wp
          if (.not. allocated(error)) base => sets%all_modes
       end subroutine choose_among_all
 
