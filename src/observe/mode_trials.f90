@@ -16,7 +16,7 @@ module mode_trials
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, lengthen, shorten, judge_trials, max_stalled
-   public :: is_driven, trial_settings
+   public :: is_driven, solution_work, trial_settings
 
    !> The smaller set of modes is retained if the two motions differ by at most this fraction of the tolerance. The
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
@@ -33,8 +33,8 @@ module mode_trials
    !> estimated from the first trial; of finding all modes as well while these are not known. The documentation promises
    !> at most one half; the remainder allows for the error of the estimate.
    real(wp), parameter :: fraction_of_run = 0.4_wp
-   !> Work of finding all modes of a mesh of N modes over N^3 (measured: 0.04 to 0.1, N from 128 to 280).
-   real(wp), parameter :: solution_work = 0.06_wp
+   !> Work of the solution for all N modes of a mesh, over N^3 (measured: 0.04 to 0.1, N from 128 to 280).
+   real(wp), parameter :: solution_work = 0.1_wp
    !> The same fraction if the evaluations are extrapolated from the trial to a longer run.
    real(wp), parameter :: fraction_of_longer_run = 0.3_wp
    !> Trials with more than this fraction of all modes save hardly any work.

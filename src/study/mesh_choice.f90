@@ -11,7 +11,7 @@ module mesh_choice
    use load_settings, only: last_change
    use mesh_checks, only: mesh_check_t
    use mesh_comparison, only: compare_meshes
-   use mode_trials, only: is_driven, trial_settings
+   use mode_trials, only: is_driven, solution_work, trial_settings
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: response_t
    use run_differences, only: horizon_of
@@ -355,18 +355,14 @@ contains
       answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
    end function is_costly
 
-   !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the equivalent of the eigenvalue
-   !> problem.
+   !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the solution for the modes.
    pure real(wp) function work_of(response, settings) result(work)
       type(response_t), intent(in) :: response
       type(run_settings_t), intent(in) :: settings
 
-      ! work of the eigenvalue problem of n modes, over n^3
-      real(wp), parameter :: eigenvalue_work = 0.1_wp
-
       associate (modes => real(2*response%mesh_check%elements, wp))
          work = modes*(real(response%evaluations, wp) + settings%response%duration/settings%response%step) &
-            + eigenvalue_work*modes**3
+            + solution_work*modes**3
       end associate
    end function work_of
 
