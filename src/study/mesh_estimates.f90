@@ -77,14 +77,14 @@ contains
       real(wp) :: work
       integer :: i, refinement
 
-      associate (cases => size(scenes))
-         allocate (errors%case, source=numbers)
-         allocate (errors%elements(cases), errors%row(measure_count, cases), errors%error(measure_count, cases), &
-            errors%order(measure_count, cases))
-      end associate
+      allocate (errors%case, source=numbers)
+      allocate (errors%elements(size(scenes)))
+      allocate (errors%row(measure_count, size(scenes)))
+      allocate (errors%error, errors%order, mold=errors%row)
       do i = 1, size(scenes)
          settings = run_settings_of(scenes(i))
          settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
+         if (allocated(settings%stress)) settings%stress%history = .false.
          ! the measures are statistics over all blocks together
          if (allocated(settings%statistics)) settings%statistics%blocks = 1
          ! measures of analyses are not estimated
