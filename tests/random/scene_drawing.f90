@@ -1196,6 +1196,8 @@ contains
       first = 0
       if (present(swept)) then
          first = swept
+         ! only lists are paired
+         if (design == 1 .and. index(names(swept)%name, '_range') > 0) design = 2
          count = index(names(swept)%name, '_points')
          if (count > 0) then
             ! they go with a range
@@ -1224,6 +1226,10 @@ contains
          call place_of_parameter(names, parameter, group, name)
          if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
          if (group == 'section') call make_section(name, draft)
+         if (name == 'height_tip') then
+            call empty_beam(draft)
+            call put(draft, 'beam', 'height_root', '0.05')
+         end if
          if (group == 'body_1') call put(draft, group, 'mass_ratio', '0.5')
          if (parameter /= names(i)%name) then
             call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
@@ -1552,6 +1558,9 @@ contains
             scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
          if (scene%has_bodies) call give_units_of_body(scene%bodies(1), stiffness, time)
+         call instead('relay', 'shortest_opening', 'shortest_opening_time', scene%relay%shortest_opening*time)
+         if (has_name(draft, 'stress', 'position')) call instead_list('stress', 'position', 'position_length', &
+            scene%stress%position*scales%length)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)
          if (has_name(draft, 'frequency_response', 'frequency_ratio_range') .and. chance(0.7_wp)) then
@@ -1790,6 +1799,8 @@ contains
          call take('statistics', 'threshold_ratio', scene%statistics%threshold)
       end if
       call take('relay', 'lasting_force_ratio', scene%relay%lasting_force)
+      call take('relay', 'shortest_opening', scene%relay%shortest_opening)
+      if (has_name(draft, 'stress', 'position')) call put(draft, 'stress', 'position', list(scene%stress%position))
       call take('stress', 'fatigue_threshold_ratio', scene%stress%fatigue_threshold)
 
    contains
