@@ -57,6 +57,8 @@ def options_of(arguments):
     parser.add_argument("--signal", action="append", default=[], nargs=2, metavar=("SIGNAL", "WHEN"),
                         help="send a signal after WHEN seconds, once a text was said (said:TEXT), or said so often "
                              "(times:NUMBER:TEXT), or a file is there (file:PATTERN)")
+    parser.add_argument("--share", type=float, default=1.0, metavar="NUMBER",
+                        help="let it run for this share of the time only, 0 to 1, where nothing but time has to pass")
     parser.add_argument("--timeout", type=float, default=float(os.environ.get("IMPACTBEAM_TIMEOUT", "120")),
                         metavar="SECONDS")
     return parser.parse_args(arguments)
@@ -176,6 +178,9 @@ def wait_for(starts, options):
                 to_send.remove(one)
                 if starts[0].process.poll() is None:
                     os.killpg(starts[0].process.pid, getattr(signal, "SIG" + one[0]))
+        if options.share < 1.0 and starts[0].process.poll() is None:
+            is_stopped = 10.0 * (time.monotonic() - starts[0].begin) % 1.0 > options.share
+            os.killpg(starts[0].process.pid, signal.SIGSTOP if is_stopped else signal.SIGCONT)
         if time.monotonic() - starts[0].begin > options.timeout:
             for start in starts:
                 kill_session(start.process.pid)
