@@ -301,7 +301,8 @@ contains
             call measurer%exceeded%last_exceedance(settling_level, time, is_exceeded)
             time = measurer%exceeded%start + time
          end if
-         measurer%measures%has_settled = .not. is_exceeded
+         ! without a contact there is no stop point that settles
+         measurer%measures%has_settled = present(place) .and. .not. is_exceeded
          measurer%measures%settling_tau = time
          if (allocated(measures%relay) .and. present(place)) call find_closing(measurer%closing, response, place, &
             duration, measurer%accumulator, measures%relay, measurer%measures%closing)

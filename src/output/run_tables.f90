@@ -140,7 +140,7 @@ contains
    end subroutine print_modes
 
    !> Print the measures of a run, a line each, and the peaks of its rebounds.
-   subroutine print_measures(unit, measures, units, released, is_driven, has_window, errors)
+   subroutine print_measures(unit, measures, units, released, is_driven, has_window, has_contacts, errors)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
       !> Units of the results
@@ -151,39 +151,42 @@ contains
       logical, intent(in) :: is_driven
       !> Whether the scene has &statistics, so that the extremes of its window are not those of the run
       logical, intent(in) :: has_window
+      !> Whether the scene has stops or bodies; without them no measure of contacts is printed
+      logical, intent(in) :: has_contacts
       !> Errors of the mesh; absent: they are not printed
       type(mesh_errors_t), intent(in), optional :: errors
 
       character(:), allocatable :: heading, window
       real(wp) :: row(measure_count)
+      logical :: is_printed(measure_count)
       integer :: i
       ! the contact is rigid at a node with mass, so that its force has no extremes
       logical :: has_rigid_force
 
       heading = 'rebound peaks'
       if (released > 0) heading = 'peaks at stop '//to_text(released)
+      ! averaging time of the force of a rigid stop
+      window = phrase(units, ' over the first ', 'time', force_window)//words_in(units, '{ of tau~}')//' of an episode'
       row = row_of(measures)
       has_rigid_force = all(ieee_is_nan(row([measure_force, measure_named('minimum_force_closed')])))
+      ! forces over a window, and measures that need a group of the scene, are not printed if they are not defined
+      is_printed = measure_table%label /= '' .and. (has_contacts .or. .not. measure_table%is_of_contact) .and. &
+         (has_window .or. index(measure_table%label, 'steady') == 0) .and. (measure_table%group == '' &
+         .or. .not. ieee_is_nan(row) .or. prints_absence(measures, [(i, i=1, measure_count)]))
+      if (ieee_is_nan(row(measure_mean_force))) is_printed(measure_mean_force) = .false.
+      is_printed(measure_settling) = has_contacts .and. .not. is_driven
+      ! without energy above rest at the start no part of it can be left
+      is_printed(measure_decay) = .not. (is_driven .or. ieee_is_nan(measures%left))
+      if (.not. any(is_printed)) return
       write (unit, '()')
       do i = 1, measure_count
-         ! forces over a window, and measures that need a group of the scene, are not printed if they are not defined
-         if ((measure_table(i)%group /= '' .or. i == measure_mean_force) .and. ieee_is_nan(row(i)) .and. &
-            .not. prints_absence(measures, i)) cycle
-         if (is_driven .and. any(i == [measure_settling, measure_decay])) cycle
-         ! without energy above rest at the start no part of it can be left
-         if (i == measure_decay .and. ieee_is_nan(measures%left)) cycle
-         if (.not. has_window .and. index(measure_table(i)%label, 'steady') > 0) cycle
-         ! averaging time of the force of a rigid stop
-         window = ''
-         if (i == measure_mean_force) window = phrase(units, ' over the first ', 'time', force_window) &
-            //words_in(units, '{ of tau~}')//' of an episode'
-         if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
+         if (is_printed(i)) call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units, has_rigid_force)//error_in_words(i, units, errors) &
-            //window)
+            //window(:merge(len(window), 0, i == measure_mean_force)))
       end do
       if (.not. ieee_is_nan(row(measure_tolerance))) call print_line(unit, 'extremes', &
          extremes_in_words(row(measure_tolerance:measure_tolerance)))
-      if (.not. is_driven) then
+      if (has_contacts .and. .not. is_driven) then
          if (measures%rebounds == 0) call print_line(unit, heading, 'none')
          do i = 1, min(measures%rebounds, max_peaks)
             if (i == 2) heading = ''
@@ -224,7 +227,7 @@ contains
 
    !> Whether it is printed that an event of &relay did not happen. Each measure of another group is printed only if it
    !> is defined.
-   pure logical function prints_absence(measures, measure)
+   elemental logical function prints_absence(measures, measure)
       type(run_measures_t), intent(in) :: measures
       !> Index in `measure_table`
       integer, intent(in) :: measure
@@ -337,7 +340,6 @@ contains
       write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
          //' blocks'
       write (unit, '(2x, a)') 'displacements are up from the unstressed beam; +- is a 95 % interval'
-      if (size(contacts) == 0) return
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
       half_widths = rows
       do i = 1, size(contacts)
@@ -458,6 +460,7 @@ contains
          call print_line(unit, 'RMS of tip', value_in_units(units, 'displacement', value_of('rms_tip'), decimals) &
             //phrase(units, ', mean ', 'displacement', value_of('mean_tip'), decimals))
       end if
+      if (ubound(statistics%value, 2) == 0) return
       call print_line(unit, 'impacts a period', rounded(load_period*value_of('impact_rate')) &
          //' at all stops, mean of &statistics')
       call print_line(unit, 'share in contact', rounded(value_of('contact_share'))//' of the time, summed over stops')

@@ -77,18 +77,20 @@ contains
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene), &
          scene%response%method == method_newmark)
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
-      if (allocated(response) .and. scene%has_contacts()) then
+      if (allocated(response)) then
          load_period = load_period_of(scene)
          ! with several stops, the measures printed are those of the stop from which the beam is released
          call print_measures(job%unit, response%measures, units_in(scene), stop_of_release(scene), &
-            varies_at_end(scene), &
-            allocated(response%statistics), errors)
-         if (load_period > 0.0_wp) call print_driven(job%unit, response%statistics, load_period, units_in(scene))
-         if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
-            'not estimated, as that would take long: --estimate does')
-         if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
-         if (allocated(response%statistics)) then
-            call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene), load_period)
+            varies_at_end(scene), allocated(response%statistics), scene%has_contacts(), errors)
+         if (load_period > 0.0_wp .and. (scene%has_contacts() .or. allocated(response%statistics))) then
+            call print_driven(job%unit, response%statistics, load_period, units_in(scene))
+         end if
+         if (scene%has_contacts()) then
+            if (scene%mesh%estimates_if_cheap .and. .not. allocated(errors)) call print_line(job%unit, 'mesh error', &
+               'not estimated, as that would take long: --estimate does')
+            if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
+            if (allocated(response%statistics)) call print_statistics(job%unit, response%statistics, &
+               response%contacts, units_in(scene), load_period)
          end if
          ! the measures have only the maximum of all positions
          if (allocated(response%moments)) then
