@@ -178,7 +178,6 @@ contains
       type(sweep_settings_t), intent(inout) :: sweep
 
       integer, allocatable :: places(:)
-      character(name_length), allocatable :: names(:)
       type(name_t) :: name
       integer :: k
 
@@ -190,18 +189,20 @@ contains
       call table%bind(sweep%chunk_cases, name_t('part_cases', 'number of cases stored together', &
          range_t(1, 1000000), default='a 400th of the cases, 10 to 16384'))
       call find_parameters(table, places)
-      allocate (names, source=parameter_names(table, places))
-      call table%bind(sweep%carry, name_t('carry', 'swept parameter that may change during a motion: damping, ' &
-         //'law of a stop, loads; along its values each case starts from the ' &
-         //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), names)
-      call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
-         //'axis of the grid', default='none', is_optional=.true.), names)
-      call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
       ! allocated already: the scene has been read before, and keeps its values
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
       do k = 1, size(places)
+         sweep%swept(k)%parameter = parameter_of(table, places(k))
+      end do
+      call table%bind(sweep%carry, name_t('carry', 'swept parameter that may change during a motion: damping, ' &
+         //'law of a stop, loads; along its values each case starts from the ' &
+         //'final state of the preceding case', default='none: each case by itself', is_optional=.true.), &
+         sweep%swept%parameter%name)
+      call table%bind(sweep%tied, name_t('tied', 'swept parameters that vary together, value by value, as one ' &
+         //'axis of the grid', default='none', is_optional=.true.), sweep%swept%parameter%name)
+      call table%bind(sweep%carries_back, name_t('carry_back', 'go through the values of carry and back again'))
+      do k = 1, size(places)
          associate (swept => sweep%swept(k))
-            swept%parameter = parameter_of(table, places(k))
             name = name_t(swept%parameter%name, swept%parameter%meaning, default=unswept, is_optional=.true.)
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
