@@ -20,13 +20,22 @@ contains
       character(*), intent(in), optional :: program
       integer :: status
 
+      character(*), parameter :: pipes = 'run.requests run.answers'
+      character(*), parameter :: ask = 'ask() { printf "%s\0" "$@" end > run.requests; read -r status < run.answers; '// &
+         'return $status; }; ask'
+      logical, save :: is_served = .false.
       character(:), allocatable :: command, variable
 
       variable = 'IMPACTBEAM_PROGRAM'
       if (present(program)) variable = program
 
+      if (.not. is_served) then
+         status = shell('rm -f '//pipes//' && mkfifo '//pipes//' && { $IMPACTBEAM_PYTHON "$IMPACTBEAM_RUN_ON" '// &
+            '--serve $PPID < /dev/null > /dev/null 2>&1 & }')
+         is_served = .true.
+      end if
       ! paths may hold blanks
-      command = '$IMPACTBEAM_PYTHON "$IMPACTBEAM_RUN_ON"'
+      command = ask
       if (present(on)) command = command//' '//on
       command = command//' -- "$'//variable//'" '//arguments
       if (present(beside)) command = command//' --and "$'//variable//'" '//beside

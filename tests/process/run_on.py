@@ -1,6 +1,7 @@
 """Start a program under circumstances that a test asks for, and leave what came of it in files.
 
     run_on.py [OPTIONS] -- PROGRAM ARGUMENT... [--and PROGRAM ARGUMENT...]
+    run_on.py --serve PROCESS
 
 A new test is a .pf file in the list of CMakeLists.txt here; in it, with `use process_runs, only: ...`,
     @assertEqual(0, status_of('--out new scene.nml', on='--terminal 80x24'), message=said_errors())
@@ -10,6 +11,9 @@ full disk; processes under MPI; signals; `beside` starts a second one at the sam
 --timeout seconds (default: IMPACTBEAM_TIMEOUT of the suite) all that was started is killed, status 124.
 The status is the program's, 128 + n after signal n, 99 when a sanitizer spoke; the greatest of several.
 Files left: run.out, run.errors, run.terminal (what each stream got), run.status (each status, then the seconds).
+With --serve each request of the pipe `run.requests` is such a command line, of words that NUL ends, and then `end`. A
+process of its own, which need not load Python, does what it asks. Its status goes to the pipe `run.answers`. That ends
+with the PROCESS.
 What needs a limit that sanitizers do not bear, MPI or a mount goes into a list that CMakeLists.txt asks first.
 """
 
@@ -21,6 +25,7 @@ import os
 import pty
 import re
 import resource
+import select
 import signal
 import struct
 import subprocess
@@ -226,5 +231,30 @@ def main(arguments):
     return max(statuses)
 
 
+def serve(process):
+    """Answer requests, of which none comes before the last one is answered."""
+    # what a shell starts in the background ignores them
+    for number in (signal.SIGINT, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_DFL)
+    requests, answers = (os.open("run." + pipe, os.O_RDWR) for pipe in ("requests", "answers"))
+    said = b""
+    while os.path.exists(f"/proc/{process}"):
+        if not select.select([requests], [], [], 1.0)[0]:
+            continue
+        said += os.read(requests, 65536)
+        if not said.endswith(b"\0end\0"):
+            continue
+        words, said = os.fsdecode(said).split("\0")[:-2], b""
+        child = os.fork()
+        if child == 0:
+            os.close(requests)
+            os.close(answers)
+            try:
+                os._exit(main(words))
+            finally:  # it was not understood
+                os._exit(125)
+        os.write(answers, b"%d\n" % os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+
+
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(serve(sys.argv[2]) if sys.argv[1:2] == ["--serve"] else main(sys.argv[1:]))
