@@ -46,6 +46,8 @@ contains
       type(stop_settings_t), allocatable :: stops(:)
       type(units_t) :: units
       real(wp) :: height, impacts, slope, stress
+      ! maximum displacement of the tip from the unstressed beam; 0: the run records none
+      real(wp) :: reach
       integer :: p
 
       if (.not. allocated(scene%warnings)) return
@@ -71,6 +73,7 @@ contains
          //' impacts in a period of the first frequency, on average: a closing consists of several impacts, which ' &
          //'rest_time of &statistics counts as one')
       if (scene%scales%displacement <= 0.0_wp) return
+      reach = 0.0_wp
       if (allocated(response%history(eta_tip)%values)) then
          ! the history counts from the surface of the stop of the release, at the height of the preload below the beam,
          ! minus the preload above it
@@ -81,12 +84,15 @@ contains
                height = merge(-1.0_wp, 1.0_wp, stop%side == side_above)*stop%preload
             end associate
          end if
-         slope = slope_ratio*maxval(abs(response%history(eta_tip)%values + height))*scene%scales%displacement &
-            /scene%scales%length
-         if (slope > max_slope) call add_warning(scene, warning_large_slope, 'the slope of the beam is about ' &
-            //rounded(real(nint(100.0_wp*slope), wp)/100.0_wp)//'; the theory is one of small deflections, to about ' &
-            //rounded(max_slope))
+         reach = maxval(abs(response%history(eta_tip)%values + height))
+      else if (allocated(response%statistics)) then
+         reach = maxval(abs(response%statistics%value([measure_named('minimum_tip'), measure_named('maximum_tip')] &
+            - first_statistic + 1, 0)))
       end if
+      slope = slope_ratio*reach*scene%scales%displacement/scene%scales%length
+      if (slope > max_slope) call add_warning(scene, warning_large_slope, 'the slope of the beam is about ' &
+         //rounded(real(nint(100.0_wp*slope), wp)/100.0_wp)//'; the theory is one of small deflections, to about ' &
+         //rounded(max_slope))
       if (scene%stress%strength <= 0.0_wp .or. .not. allocated(response%measures)) return
       if (.not. response%measures%has_stress) return
       units = units_of(scene%scales, scene%unit_system, .true.)
