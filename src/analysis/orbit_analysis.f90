@@ -134,8 +134,7 @@ contains
          call group%put('impacts', point%impacts, 'impacts and contacts until it returns', 'point')
          call group%put('is_stable', merge(1, 0, point%is_stable()), '1: motions beside it come to it', 'point')
          call group%put('mark', point%mark, 'what happens there', 'point')
-         call group%attribute('flag_values', [(i, i=0, ubound(mark_names, 1))], 'mark')
-         call group%attribute('flag_meanings', joined(mark_names, ' ')//' ', 'mark')
+         call group%put_flags('mark', joined(mark_names, ' '), first=0)
          call group%put('multiplier_real', real(largest, wp), 'number', 'largest multiplier, real part', 'point')
          call group%put('multiplier_imaginary', aimag(largest), 'number', 'imaginary part', 'point')
          call group%put('least_impact_speed', speed_of(point), 'velocity', &

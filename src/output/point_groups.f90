@@ -115,8 +115,7 @@ contains
       integer :: i
 
       call put_points(group, contact_points, size(contacts))
-      call group%attribute('flag_values', [(i, i=1, size(contacts))], along)
-      call group%attribute('flag_meanings', contact_names(contacts), along)
+      call group%put_flags(along, contact_names(contacts))
       call group%put('stop', [contacts%stop], 'which &stop it belongs to, 0: to none', along)
       if (any(contacts%body > 0)) call group%put('body', [contacts%body], 'which &body it belongs to, 0: to none', &
          along)
@@ -198,6 +197,7 @@ contains
       call write_measure_lists(group, names, rows, 'surface')
       call group%put('contact', [(i, i=1, size(start))], 'contact that lasts, surface by surface', is_scale=.true.)
       call group%put('contact_surface', contact_index, 'its surface', 'contact')
+      call group%put_flags('contact_surface', contact_names(contacts))
       call group%put('contact_start', start, 'time', 'its begin{, tau}', 'contact')
       call group%put('contact_end', end, 'time', 'its end or that of the run{, tau}', 'contact')
    end subroutine write_measures

@@ -38,6 +38,8 @@ module quantity_groups
       procedure :: put_view
       !> Write a numeric attribute
       procedure :: put_attribute
+      !> Write the meanings of whole numbers
+      procedure :: put_flags
       !> Name of a dataset in this file
       procedure, nopass :: named => name_in_results
       !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units
@@ -174,6 +176,25 @@ contains
       call self%find_unit(quantity, unit, factor, scene_factor)
       call self%attribute(self%named(name), value*factor)
    end subroutine put_attribute
+
+   !> Write the meanings of the values of a dataset of whole numbers as the attributes `flag_values` and `flag_meanings`
+   !> (CF conventions, section 3.5).
+   subroutine put_flags(self, dataset, meanings, first)
+      class(quantity_group_t), intent(in) :: self
+      character(*), intent(in) :: dataset
+      !> One word for each of the successive values, with blanks between them
+      character(*), intent(in) :: meanings
+      !> Value of the first word; absent: 1
+      integer, intent(in), optional :: first
+
+      integer :: blanks, i, start
+
+      start = 1
+      if (present(first)) start = first
+      blanks = count([(meanings(i:i) == ' ', i=1, len(meanings))])
+      call self%attribute('flag_values', [(i, i=start, start + blanks)], dataset)
+      call self%attribute('flag_meanings', meanings, dataset)
+   end subroutine put_flags
 
    !> A text with each {a~b} replaced by a in dimensionless files and by b in files with units.
    pure function resolved(self, text)

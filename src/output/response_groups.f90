@@ -106,8 +106,7 @@ contains
       count = response%event_count
       call group%put('tau', [(response%events(i)%tau, i=1, count)], 'time', 'time of the event{, tau}', is_scale=.true.)
       call group%put('kind', [(response%events(i)%kind, i=1, count)], 'kind of the event', along='tau')
-      call group%attribute('flag_values', [(i, i=1, kinds)], 'kind')
-      call group%attribute('flag_meanings', joined(event_names(:kinds), ' '), 'kind')
+      call group%put_flags('kind', joined(event_names(:kinds), ' '))
       call group%put('eta', [(response%events(i)%eta, i=1, count)], 'displacement', &
          'displacement of the beam at the stop, up from its surface{, eta}', 'tau')
       call group%put('velocity_before', [(response%events(i)%velocity_before, i=1, count)], 'velocity', &
@@ -120,8 +119,7 @@ contains
          'change of energy{ in rho Abar L omega1^2 (y_c(0) - d)^2}', 'tau')
       if (.not. allocated(response%contacts)) return
       call group%put('surface', [(response%events(i)%contact, i=1, count)], 'surface at which it happens', along='tau')
-      call group%attribute('flag_values', [(i, i=1, size(response%contacts))], 'surface')
-      call group%attribute('flag_meanings', contact_names(response%contacts), 'surface')
+      call group%put_flags('surface', contact_names(response%contacts))
    end subroutine write_events
 
    !> Write the shapes of the whole beam at the requested instants.
@@ -245,8 +243,7 @@ contains
          contacts = size(sections%contact, 2)
          if (contacts > 0) then
             call put_points(group, contact_points, contacts)
-            call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
-            call group%attribute('flag_meanings', names, 'surface')
+            call group%put_flags('surface', names)
             call put_motion(group, contact_points, sections%contact(1, :, :n), sections%contact(2, :, :n))
          end if
          extra = ubound(sections%displacement, 2)
@@ -278,8 +275,7 @@ contains
       contacts = size(statistics%has_finite_force)
       call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop and &body, below before above; ' &
          //'0: all together', is_scale=.true.)
-      call group%attribute('flag_values', [(k, k=0, contacts)], along)
-      call group%attribute('flag_meanings', trim('all '//names), along)
+      call group%put_flags(along, trim('all '//names), first=0)
       call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
          //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
       call group%attribute('half_widths', '95 % by the t distribution over the blocks; nan: there is none')

@@ -20,8 +20,10 @@ module scene_stops
    public :: list_stops, list_law, list_supports, find_displacement, check_stops, check_supports
 
    ! Conditions that several names have in common: words of `side` with which they may be given
-   type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
-   type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
+   type(condition_t), parameter :: one_side = condition_t(name='side', words='below above', &
+      phrase="side = 'below' or 'above', else give clearance")
+   type(condition_t), parameter :: both_sides = condition_t(name='side', words='both', &
+      phrase="side = 'both', else give surface_height")
 
    ! Range of heights in the user's units
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)

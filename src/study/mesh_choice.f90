@@ -355,15 +355,22 @@ contains
       answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > max_terms
    end function is_costly
 
-   !> Work of a run in all modes: terms of modal sums in evaluations and samples, and the solution for the modes.
-   pure real(wp) function work_of(response, settings) result(work)
+   !> Work of a run: terms of modal sums in evaluations and recorded samples, and the solution for all modes.
+   pure real(wp) function work_of(response, settings, modes) result(work)
       type(response_t), intent(in) :: response
       type(run_settings_t), intent(in) :: settings
+      !> Number of modes in the run; absent: all modes of the mesh
+      integer, intent(in), optional :: modes
 
-      associate (modes => real(2*response%mesh_check%elements, wp))
-         work = modes*(real(response%evaluations, wp) + settings%response%duration/settings%response%step) &
-            + solution_work*modes**3
-      end associate
+      real(wp) :: samples
+      integer :: all_modes, terms
+
+      samples = 0.0_wp
+      if (any(settings%output%history)) samples = settings%response%duration/settings%response%step
+      all_modes = 2*response%mesh_check%elements
+      terms = all_modes
+      if (present(modes)) terms = modes
+      work = real(terms, wp)*(real(response%evaluations, wp) + samples) + solution_work*real(all_modes, wp)**3
    end function work_of
 
    !> Estimated minimum work of the run of a scene on the mesh of a trial: the work of the trial; for a driven run, in

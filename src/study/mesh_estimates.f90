@@ -46,7 +46,7 @@ contains
       real(wp), parameter :: factor = 7.0_wp
       logical :: is_cut
 
-      if (factor*work_of(response, run_settings_of(scene)) > cheap_work) return
+      if (factor*work_of(response, settings_of_estimate(scene)) > cheap_work) return
       allocate (errors)
       call estimate_cases([scene], [1], errors, cheap_work, is_cut)
       if (is_cut) deallocate (errors)
@@ -74,7 +74,7 @@ contains
       real(wp) :: rows(measure_count, 3), row(measure_count)
       ! grading of all three meshes: ratio of the longest to the shortest element
       real(wp) :: grading
-      real(wp) :: work
+      real(wp) :: last_work, work
       integer :: i, refinement
 
       allocate (errors%case, source=numbers)
@@ -82,13 +82,7 @@ contains
       allocate (errors%row(measure_count, size(scenes)))
       allocate (errors%error, errors%order, mold=errors%row)
       do i = 1, size(scenes)
-         settings = run_settings_of(scenes(i))
-         settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
-         if (allocated(settings%stress)) settings%stress%history = .false.
-         ! the measures are statistics over all blocks together
-         if (allocated(settings%statistics)) settings%statistics%blocks = 1
-         ! measures of analyses are not estimated
-         if (allocated(settings%spectrum)) deallocate (settings%spectrum)
+         settings = settings_of_estimate(scenes(i))
          allocate (trial)
          call choose_mesh(scenes(i), trial%beam)
          errors%elements(i) = scenes(i)%mesh%elements
@@ -109,10 +103,11 @@ contains
          call record_row(rows(:, 1))
          work = 0.0_wp
          do refinement = 1, 2
-            work = work + work_of(trial%response, settings)
+            last_work = work_of(trial%response, settings, trial%response%mode_check%retained)
+            work = work + last_work
             ! twice as many elements have twice as many modes, and their motion often more events: three times the work
             if (present(max_work)) then
-               is_cut = work + 3.0_wp*work_of(trial%response, settings) > max_work
+               is_cut = work + 3.0_wp*last_work > max_work
                if (is_cut) return
             end if
             call run_on_mesh(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
@@ -136,5 +131,18 @@ contains
       end subroutine record_row
 
    end subroutine estimate_cases
+
+   !> Settings of the runs of an estimate: those of the scene, without what no measure needs.
+   pure type(run_settings_t) function settings_of_estimate(scene) result(settings)
+      type(scene_t), intent(in) :: scene
+
+      settings = run_settings_of(scene)
+      settings%output = output_settings_t(history=.false., measures=.true., max_peaks=peak_count)
+      if (allocated(settings%stress)) settings%stress%history = .false.
+      ! the measures are statistics over all blocks together
+      if (allocated(settings%statistics)) settings%statistics%blocks = 1
+      ! measures of analyses are not estimated
+      if (allocated(settings%spectrum)) deallocate (settings%spectrum)
+   end function settings_of_estimate
 
 end module mesh_estimates
