@@ -157,8 +157,12 @@ contains
       type(stress_windows_t), intent(in) :: windows
       type(response_t), intent(inout) :: response
 
+      ! moments up to this fraction of the maximum of all places are rounding errors of zero, as at a free tip
+      real(wp), parameter :: rounding = 1.0e-12_wp
+      real(wp) :: largest(size(windows%now))
       integer :: p
 
+      largest = [(max(windows%now(p)%extremes(2), -windows%now(p)%extremes(1)), p=1, size(largest))]
       allocate (response%moment_windows(size(windows%now)))
       do p = 1, size(windows%now)
          associate (found => response%moment_windows(p), now => windows%now(p))
@@ -169,8 +173,8 @@ contains
             found%counted_until = min(now%counted_until, windows%window(2))
             response%evaluations = response%evaluations + now%evaluations
             if (.not. (windows%slope > 0.0_wp .and. response%moments(p)%has_stress)) cycle
-            call summarise(response%moments(p)%stress_per_moment*reversals_of(now%reversals, windows%points(p)), &
-               .not. windows%threshold(p) > 0.0_wp, windows%classes, found)
+            call summarise(response%moments(p)%stress_per_moment*pack(reversals_of(now%reversals, windows%points(p)), &
+               largest(p) > rounding*maxval(largest)), .not. windows%threshold(p) > 0.0_wp, windows%classes, found)
          end associate
       end do
    end subroutine finish_windows

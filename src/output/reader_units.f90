@@ -180,6 +180,8 @@ contains
       write (layout, '(a, i0, a)') trim(merge('(f24. ', '(es24.', abs(value) < largest)), decimals, ')'
       write (buffer, layout) value
       text = trim(adjustl(buffer))
+      ! zero has no sign, and so has a number that is rounded to zero
+      if (verify(text, '-0.') == 0) text = text(scan(text, '0'):)
    end function with_decimals
 
 end module reader_units

@@ -1,13 +1,13 @@
 !> The study of &cases: runs of all cases, their table, and their results file. The file has a group for each case, with
 !> the contents of the file of one run, and the measures as functions of the varied parameter.
 module cases_study
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
    use analyses, only: write_analyses
    use case_runs, only: case_t, run_cases
    use failures, only: failure_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table, measure_tolerance, measured_groups
+   use measure_list, only: measure_count, measure_named, measure_table, measure_tolerance, measured_groups
    use measure_rows, only: extremes_in_words, row_in_units, write_measure_lists
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimates, only: estimate_cases, sample_cases
@@ -37,6 +37,14 @@ module cases_study
       measure_column_t('first_impact_velocity'), &
       measure_column_t('settling_time'), &
       measure_column_t('spent_time')]
+   !> Measures in this table if the scene has their groups and any case has a value
+   type(measure_column_t), parameter :: requested_measures(*) = [ &
+      measure_column_t('greatest_force'), &
+      measure_column_t('greatest_stress'), &
+      measure_column_t('equivalent_range'), &
+      measure_column_t('bounces'), &
+      measure_column_t('bounce_time'), &
+      measure_column_t('strongest_frequency')]
 
 contains
 
@@ -173,7 +181,12 @@ contains
       end associate
       call add_measures(table, compared_measures(:merge(3, 5, varies_at_end(scene))), rows, units)
       call add_measures(table, [measure_column_t('peak_1', 'highest rebound')], highest, units)
-      if (scene%wants_spectrum) call add_measures(table, [measure_column_t('strongest_frequency')], rows, units)
+      do i = 1, size(requested_measures)
+         associate (measure => measure_named(requested_measures(i)%measure))
+            if (all(ieee_is_nan(rows(measure, :))) .or. .not. scene%has_group(measure_table(measure)%group)) cycle
+            call add_measures(table, requested_measures(i:i), rows, units)
+         end associate
+      end do
       if (scene%wants_statistics .and. .not. any(scene%has_group(measured_groups))) then
          call add_measures(table, [measure_column_t('contact_share', 'share in contact'), &
             measure_column_t('rms_force', 'RMS force'), measure_column_t('work_rate', 'work rate')], rows, units)
