@@ -12,7 +12,7 @@ module few_modes
    use free_modes, only: complete_modes, find_free_modes, free_modes_t
    use kinds, only: lambda1, lambda1_power4, wp
    use lanczos_solver, only: lambda_of, lanczos_vectors
-   use load_settings, only: field_uniform, start_drop, start_velocity
+   use load_settings, only: is_in_mode, start_drop, start_table, start_velocity
    use mode_shapes, only: fix_mode_signs
    use pinned_coordinates, only: rigid_rotation
    use residual_modes, only: find_residual_modes
@@ -50,17 +50,16 @@ contains
    !> Whether a run needs all modes, unless the scene gives their number. The replacement of the nodal velocity changes
    !> the velocity of one degree of freedom alone, which is a combination of all modes. An impulse at a rigid stop
    !> causes no moment elsewhere at first, because the moments of all modes cancel; those of a part of them do not. The
-   !> same holds for the clamp and rigid supports, which stop a uniform velocity at the start.
+   !> same holds for root and supports, which stop a fall or a given velocity at the start, unless this has the shape of
+   !> a mode, and for a spring at the root that a table turns.
    pure logical function needs_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
 
       answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
       if (allocated(settings%stress) .and. settings%response%mode_count == 0) then
          answer = answer .or. any(is_rigid(stops_of(settings)))
-         associate (start => settings%start)
-            answer = answer .or. start%kind == start_drop &
-               .or. (start%kind == start_velocity .and. start%field == field_uniform)
-         end associate
+         answer = answer .or. (any(settings%start%kind == [start_drop, start_table, start_velocity]) &
+            .and. .not. is_in_mode(settings%start))
       end if
    end function needs_all_modes
 
