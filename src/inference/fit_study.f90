@@ -21,6 +21,7 @@ module fit_study
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
    use singular_vectors, only: find_singular
+   use sorting, only: ascending_order
    use study_job, only: job_t
    use sweep_best, only: update_search, next_poll, search_state_t, start_search
    use sweep_chunks, only: chunk_rows_t, load_chunks, remove_chunk_folder
@@ -169,8 +170,8 @@ contains
 
    !> Search the neighbourhood of the best parameters without derivatives, and minimise again from the best point found.
    !> A signal with jumps has many local minima of the sum of squares, one for each sample at which an impact may lie.
-   !> The first search is in a box. The valley of the sum of squares may be much longer than wide, so the last searches
-   !> are in its principal axes, some standard errors to each side.
+   !> Each search begins at the minimum without outliers. The first search is in a box. The valley of the sum of squares
+   !> may be much longer than wide, so the last searches are in its principal axes, some standard errors to each side.
    subroutine search_nearby(model, values, minimum)
       type(fit_model_t), intent(inout) :: model
       !> Parameters of the minimum sum of squares so far; on return improved
@@ -192,21 +193,28 @@ contains
       real(wp), allocatable :: points(:, :), residual(:), sums(:)
       ! edges of the region that is searched, in the unbounded coordinates, as columns
       real(wp) :: edges(size(values), size(values))
+      ! parameters of the minimum without outliers, and its sum of squares
+      real(wp) :: found(size(values)), others
       real(wp) :: centre(size(values)), x(size(values)), sum_of_squares
       integer :: evaluations, i, k
 
       allocate (residual(size(model%fit%value)))
       do i = 1, rounds
-         centre = whole_turn + coordinates_of(model, values)
+         found = values
+         others = minimum
+         call minimise_without_outliers(model, found, others)
+         centre = whole_turn + coordinates_of(model, found)
          if (i == 1) then
             edges = 0.0_wp
             do k = 1, size(values)
                edges(k, k) = box
             end do
          else
-            call find_principal_edges(model, values, minimum, box, edges)
+            call find_principal_edges(model, found, others, box, edges)
          end if
-         call start_search(spread(0.5_wp, 1, size(values)), minimum, first_step, precision, max_points, i, state)
+         call model%evaluate(centre, residual)
+         call start_search(spread(0.5_wp, 1, size(values)), sum(residual**2), first_step, precision, max_points, i, &
+            state)
          do while (.not. state%is_over)
             call next_poll(state, points)
             allocate (sums(size(points, 2)))
@@ -224,6 +232,38 @@ contains
          values = model%parameters_at(x)
       end do
    end subroutine search_nearby
+
+   !> Minimise without outliers. The residual of a sample on the wrong side of an impact is the jump of the signal. It
+   !> leads the parameters away from the minimum of the other samples.
+   subroutine minimise_without_outliers(model, values, minimum)
+      type(fit_model_t), intent(inout) :: model
+      !> On entry parameters of a minimum of the sum of squares of all samples; on return of that of the others
+      real(wp), intent(inout) :: values(:)
+      !> This sum of squares
+      real(wp), intent(inout) :: minimum
+
+      ! magnitude of an outlier in medians of the magnitudes of all residuals: six standard deviations of normal noise
+      real(wp), parameter :: far = 9.0_wp
+      ! maximum number of minimisations, each of which may bring other samples to the other side of an impact
+      integer, parameter :: passes = 4
+      real(wp) :: divisor(size(model%divisor)), residual(size(model%divisor)), x(size(values)), limit
+      integer :: evaluations, pass
+
+      divisor = model%divisor
+      do pass = 1, passes
+         x = whole_turn + coordinates_of(model, values)
+         call model%evaluate(x, residual)
+         residual = abs(residual)
+         associate (order => ascending_order(residual))
+            limit = far*residual(order((size(order) + 1)/2))
+         end associate
+         if (.not. any(residual > limit)) exit
+         where (residual > limit) model%divisor = sqrt(huge(1.0_wp))
+         call minimise(model, size(residual), final_tolerance, x, minimum, evaluations, model%fit%evaluations)
+         values = model%parameters_at(x)
+         model%divisor = divisor
+      end do
+   end subroutine minimise_without_outliers
 
    !> Edges of a region along the principal axes of the sum of squares, some standard errors long.
    subroutine find_principal_edges(model, values, minimum, longest, edges)
