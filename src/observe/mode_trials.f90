@@ -370,7 +370,7 @@ contains
    end function first_contacts
 
    !> Maximum difference of two trials in the displacements of stops and tip, and whether it is small compared with the
-   !> maximum displacement.
+   !> maximum displacement. If nothing that is compared moves, the trials do not show what omitted modes change.
    pure subroutine compare_until(trials, horizon, fewer, more, check)
       type(trials_t), intent(in) :: trials
       !> End of the comparison, tau
@@ -393,7 +393,8 @@ contains
       end do
       check%horizon = horizon
       check%tolerance = min(trials%settings%response%accuracy*max_displacement, trials%settings%response%mode_tolerance)
-      check%agrees = check%difference <= merge(driven_agreement, agreement, trials%is_driven)*check%tolerance
+      check%agrees = max_displacement > 0.0_wp .and. &
+         check%difference <= merge(driven_agreement, agreement, trials%is_driven)*check%tolerance
       if (check%agrees) check%agrees = &
          count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance) .and. &
          impact_difference(fewer, more, horizon) <= impact_agreement*trials%settings%response%accuracy
