@@ -10,7 +10,7 @@ module mode_trials
    use kinds, only: lambda1, pi, wp
    use load_settings, only: is_steady, course_harmonic, start_balance, start_rest, time_course_t
    use response_types, only: event_impact, is_contact_start, mode_check_t, response_t
-   use run_differences, only: count_hops, horizon_of, impact_difference, max_difference
+   use run_differences, only: count_hops, horizon_of, impact_difference, max_difference, moment_difference
    use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
    use stop_contacts, only: contact_t, contacts_of, datum_of
    implicit none (type, external)
@@ -22,9 +22,9 @@ module mode_trials
    !> difference estimates the error of the smaller set; the fraction allows for later events, which may enlarge it, but
    !> less in driven runs, of which only statistics are of interest then.
    real(wp), parameter :: agreement = 0.05_wp, driven_agreement = 0.125_wp
-   !> Velocities of first impacts may differ by this multiple of the accuracy, because velocities converge more slowly
-   !> with the number of modes than displacements.
-   real(wp), parameter :: impact_agreement = 10.0_wp
+   !> Velocities of first impacts and moments may differ by this multiple of the accuracy, because they converge more
+   !> slowly with the number of modes than displacements.
+   real(wp), parameter :: slow_agreement = 10.0_wp
    !> A comparison makes no progress if its difference is at least this fraction of the previous difference.
    real(wp), parameter :: progress = 0.5_wp
    !> After this number of successive comparisons without progress no further set is tried.
@@ -132,6 +132,10 @@ contains
       if (size(base%lambda) < all_modes) trials%saved_work = fraction_of_run*solution_work*real(all_modes, wp)**3
       trials%settings = trial_settings(requested, 1.0_wp)
       if (allocated(trials%settings%stress)) deallocate (trials%settings%stress)
+      if (allocated(requested%stress)) trials%settings%stress = stress_settings_t(position=requested%stress%position, &
+         history=.false.)
+      ! moments are extremes among the measures
+      trials%settings%output%measures = allocated(requested%stress)
       trials%run_length = requested%response%duration
       trials%period = 2.0_wp*pi*(lambda1/base%lambda(findloc(base%lambda > 0.0_wp, .true., dim=1)))**2
       trials%window = min(trials%run_length, real(max_periods, wp)*trials%period)
@@ -385,6 +389,7 @@ contains
 
       last = count(more%tau <= horizon)
       check%difference = max_difference(fewer, more, last)
+      check%moment_difference = moment_difference(fewer, more)
       max_displacement = maxval(abs(more%history(eta_tip)%values(:last) + trials%tip_offset))
       do k = 1, size(more%contacts)
          ! the displacement at a body is relative to the body, which may be far away
@@ -397,7 +402,8 @@ contains
          check%difference <= merge(driven_agreement, agreement, trials%is_driven)*check%tolerance
       if (check%agrees) check%agrees = &
          count_hops(fewer, horizon, check%tolerance) == count_hops(more, horizon, check%tolerance) .and. &
-         impact_difference(fewer, more, horizon) <= impact_agreement*trials%settings%response%accuracy
+         max(impact_difference(fewer, more, horizon), check%moment_difference) &
+         <= slow_agreement*trials%settings%response%accuracy
    end subroutine compare_until
 
    !> Settings of a run for comparison, limited to a few periods of its lowest mode, with samples for the comparison

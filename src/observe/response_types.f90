@@ -218,6 +218,8 @@ module response_types
       real(wp) :: horizon = 0.0_wp
       !> Maximum difference in eta of stops and tip up to the end of the comparison
       real(wp) :: difference = 0.0_wp
+      !> Maximum difference in the extremes of the moments of &stress, over the maximum moment
+      real(wp) :: moment_difference = 0.0_wp
       !> Requested tolerance of eta
       real(wp) :: tolerance = 0.0_wp
       !> Whether the difference is so small that the retained modes are accepted

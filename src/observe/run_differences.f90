@@ -5,7 +5,7 @@ module run_differences
    use response_types, only: event_impact, event_t, is_contact_start, response_t, settling_level
    implicit none (type, external)
    private
-   public :: horizon_of, max_difference, impact_difference, count_hops
+   public :: horizon_of, max_difference, impact_difference, moment_difference, count_hops
 
    !> A motion is compared up to the peak of this rebound.
    integer, parameter :: last_rebound = 3
@@ -91,6 +91,20 @@ contains
             (events%kind == event_impact .or. is_contact_start(events%kind)), .true., dim=1)
       end function first_impact
    end function impact_difference
+
+   !> Difference of two runs in the extremes of the bending moments, relative to the maximum magnitude of all moments;
+   !> 0: moments are not recorded.
+   pure real(wp) function moment_difference(fewer, more) result(difference)
+      type(response_t), intent(in) :: fewer
+      type(response_t), intent(in) :: more
+
+      difference = 0.0_wp
+      if (.not. allocated(more%moments)) return
+      associate (some => fewer%moments, others => more%moments)
+         difference = max(maxval(abs(some%maximum - others%maximum)), maxval(abs(some%minimum - others%minimum))) &
+            /max(maxval(others%maximum), maxval(-others%minimum), tiny(1.0_wp))
+      end associate
+   end function moment_difference
 
    !> Number of flights between contacts that rise above a height. The height of a flight is estimated from its duration
    !> and final speed, because samples may miss the flight.

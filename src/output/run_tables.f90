@@ -117,7 +117,7 @@ contains
       !> Units of the results
       type(units_t), intent(in) :: units
       !> Whether the run has Newmark's steps, whose errors the comparison, which is of exact motion, does not contain
-      logical, intent(in), optional :: is_stepped
+      logical, intent(in) :: is_stepped
 
       ! the comparison in words
       character(:), allocatable :: found
@@ -125,9 +125,9 @@ contains
       if (check%compared_modes == 0) return
       found = 'with '//to_text(check%compared_modes)//phrase(units, ' {eta~the displacement} differs by ', &
          'displacement', check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
-      if (present(is_stepped)) then
-         if (is_stepped) found = 'in exact motion, '//found
-      end if
+      if (is_stepped) found = 'in exact motion, '//found
+      if (check%moment_difference > 0.0_wp) found = found//', moments by '//with_two_digits(100.0_wp &
+         *check%moment_difference)//' %'
       if (.not. check%agrees) found = 'fewer do not agree: '//found
       if (check%retained == check%all_modes) then
          call print_line(unit, 'modes', 'all '//to_text(check%retained)//'; '//found)
