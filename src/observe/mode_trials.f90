@@ -134,7 +134,7 @@ contains
       if (allocated(trials%settings%stress)) deallocate (trials%settings%stress)
       if (allocated(requested%stress)) trials%settings%stress = stress_settings_t(position=requested%stress%position, &
          history=.false.)
-      ! moments are extremes among the measures
+      ! the extremes of moments are found with the measures
       trials%settings%output%measures = allocated(requested%stress)
       trials%run_length = requested%response%duration
       trials%period = 2.0_wp*pi*(lambda1/base%lambda(findloc(base%lambda > 0.0_wp, .true., dim=1)))**2

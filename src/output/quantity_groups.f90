@@ -187,12 +187,12 @@ contains
       !> Value of the first word; absent: 1
       integer, intent(in), optional :: first
 
-      integer :: blanks, i, start
+      integer :: i, start, words
 
       start = 1
       if (present(first)) start = first
-      blanks = count([(meanings(i:i) == ' ', i=1, len(meanings))])
-      call self%attribute('flag_values', [(i, i=start, start + blanks)], dataset)
+      words = count([(meanings(i:i) == ' ', i=1, len(meanings))]) + merge(1, 0, meanings /= '')
+      call self%attribute('flag_values', [(i, i=start, start + words - 1)], dataset)
       call self%attribute('flag_meanings', meanings, dataset)
    end subroutine put_flags
 
